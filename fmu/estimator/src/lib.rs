@@ -1,0 +1,120 @@
+//! Estimators of the twist angle and its rate from one gyro axis.
+//!
+//! Three of them, in the order in which the 2008 experiment used them: [`PlainIntegration`] of the
+//! measured rate, and two Kalman filters that share one algorithm ([`Filter`]) and differ in the
+//! motion they assume: [`PermanentRotation`] (constant rate) and [`TorsionalOscillation`]
+//! (undamped torsion of known period). All meet the contract of [`RateEstimator`].
+//!
+//! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
+//! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
+//! here. Nothing on the predict and update path allocates or panics.
+
+mod checks;
+mod config;
+mod covariance;
+mod filter;
+mod integration;
+mod motion;
+mod refinement;
+mod state_bytes;
+
+pub use config::{ConfigError, FilterConfig};
+pub use covariance::Covariance;
+pub use filter::Filter;
+pub use integration::PlainIntegration;
+pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
+pub use refinement::{Reading, Refinement};
+pub use state_bytes::RestoreError;
+
+/// What an estimator believes: the mean and covariance of (angle, rate).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Belief {
+    /// Mean angle from equilibrium, rad.
+    pub angle_rad: f64,
+    /// Mean rate, rad/s.
+    pub rate_rad_s: f64,
+    /// Covariance of the two.
+    pub covariance: Covariance,
+}
+
+/// The surprise in one measurement: what came minus what was expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation {
+    /// Measured minus predicted rate, rad/s.
+    pub residual_rad_s: f64,
+    /// Variance that the estimator expected of the residual, S = H·P·Hᵀ + R, rad²/s².
+    pub variance_rad2_s2: f64,
+}
+
+impl Innovation {
+    /// Normalised innovation squared; 1 on average when the estimator is consistent.
+    #[must_use]
+    pub fn nis(&self) -> f64 {
+        self.residual_rad_s * self.residual_rad_s / self.variance_rad2_s2
+    }
+}
+
+/// Why an estimator refused a call. The estimate is left as it was before the call.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EstimatorError {
+    /// Asked to predict over a span that is negative or not finite.
+    #[error("cannot predict over {span_s} s: the span must be finite and not negative")]
+    BadSpan {
+        /** The rejected span, s. */
+        span_s: f64,
+    },
+    /// The measurement is not finite.
+    #[error("measured rate {rate_rad_s} rad/s is not finite")]
+    BadMeasurement {
+        /** The rejected rate, rad/s. */
+        rate_rad_s: f64,
+    },
+    /// The call would push the belief out of the range of floating point.
+    #[error("the belief would leave the range of floating point")]
+    Overflow,
+    /// The innovation variance is not positive: R is zero or the covariance has been corrupted.
+    #[error("innovation variance {variance_rad2_s2:e} rad²/s² is not positive")]
+    SingularInnovation {
+        /** The rejected variance S, rad²/s². */
+        variance_rad2_s2: f64,
+    },
+}
+
+/// A recursive estimator of (angle, rate) from measurements of the rate.
+///
+/// The contract, tested for every implementation: predicting over zero seconds changes nothing;
+/// a refused call changes nothing; an update never grows a variance; restored bytes continue bit for
+/// bit as the saved estimator would have.
+pub trait RateEstimator {
+    /// Time update: carries the belief `span_s` seconds forward.
+    ///
+    /// # Errors
+    /// [`EstimatorError::BadSpan`] when `span_s` is negative or not finite.
+    fn predict(&mut self, span_s: f64) -> Result<(), EstimatorError>;
+
+    /// Measurement update with a rate valid at the time of the current belief, rad/s.
+    ///
+    /// # Errors
+    /// [`EstimatorError::BadMeasurement`] when the rate is not finite,
+    /// [`EstimatorError::SingularInnovation`] when the gain cannot be formed.
+    fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError>;
+
+    /// The current belief.
+    fn belief(&self) -> Belief;
+
+    /// How many bytes [`save`](Self::save) writes.
+    fn saved_len(&self) -> usize;
+
+    /// Writes the state, parameters excluded, into the first [`saved_len`](Self::saved_len) bytes.
+    ///
+    /// # Panics
+    /// When `out` is shorter than [`saved_len`](Self::saved_len).
+    fn save(&self, out: &mut [u8]);
+
+    /// Takes over a state written by [`save`](Self::save) of an equally configured estimator.
+    ///
+    /// # Errors
+    /// [`RestoreError`] when the bytes cannot be such a state; the estimator is then unchanged.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError>;
+}

@@ -1,0 +1,182 @@
+//! Simulated time: whole nanoseconds, and grids of evenly spaced instants.
+
+use std::fmt;
+
+const NS_PER_S: f64 = 1e9;
+/// A grid repeats exactly after this long, so rates are resolved to 1 mHz.
+const GRID_INTERVAL_NS: i64 = 1_000_000_000_000;
+const GRID_INTERVAL_S: f64 = 1e3;
+
+/// A point in simulated time, in whole nanoseconds since the start of the run.
+///
+/// An integer, because summing 1 ms steps in `f64` drifts and two paths to the same instant would
+/// no longer compare equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct SimTime(i64);
+
+/// Why a number cannot be a time or a rate.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TimeError {
+    /// Not finite, or outside the ±292 years that fit in 64 bits of nanoseconds.
+    #[error("{seconds} s is not a time: it must be finite and within ±9.2e9 s")]
+    OutOfRange {
+        /** The rejected value. */
+        seconds: f64,
+    },
+    /// Not a usable sample rate.
+    #[error("{rate_hz} Hz is not a sample rate: it must lie in 0.001 to 1e9 Hz")]
+    BadRate {
+        /** The rejected value. */
+        rate_hz: f64,
+    },
+}
+
+impl SimTime {
+    /// The start of the run.
+    pub const ZERO: Self = Self(0);
+
+    /// The instant `ns` nanoseconds after the start.
+    #[must_use]
+    pub const fn from_ns(ns: i64) -> Self {
+        Self(ns)
+    }
+
+    /// Nanoseconds since the start.
+    #[must_use]
+    pub const fn as_ns(self) -> i64 {
+        self.0
+    }
+
+    /// The instant nearest to `seconds` after the start.
+    ///
+    /// # Errors
+    /// [`TimeError::OutOfRange`] when `seconds` is not finite or does not fit.
+    pub fn from_s(seconds: f64) -> Result<Self, TimeError> {
+        let ns = (seconds * NS_PER_S).round();
+        if ns.is_finite() && ns.abs() < 9.2e18 {
+            #[expect(clippy::cast_possible_truncation, reason = "range checked just above")]
+            return Ok(Self(ns as i64));
+        }
+        Err(TimeError::OutOfRange { seconds })
+    }
+
+    /// Seconds since the start.
+    #[must_use]
+    pub fn as_s(self) -> f64 {
+        // Exact to 2^53 ns (104 days); beyond that to the nearest representable second fraction.
+        self.0 as f64 / NS_PER_S
+    }
+
+    /// Seconds from `earlier` to `self`; negative when `earlier` is later.
+    #[must_use]
+    pub fn seconds_since(self, earlier: Self) -> f64 {
+        (i128::from(self.0) - i128::from(earlier.0)) as f64 / NS_PER_S
+    }
+}
+
+impl fmt::Display for SimTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} s", self.as_s())
+    }
+}
+
+/// Evenly spaced instants `origin + k/rate`, computed from the integer `k`.
+///
+/// 300 Hz has no whole number of nanoseconds per period; each instant is rounded by itself, so the
+/// grid never drifts however long it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleGrid {
+    origin: SimTime,
+    samples_per_interval: i64,
+}
+
+impl SampleGrid {
+    /// A grid starting at `origin` with `rate_hz` instants per second, resolved to 1 mHz.
+    ///
+    /// # Errors
+    /// [`TimeError::BadRate`] outside 0.001 Hz to 1 GHz.
+    pub fn new(origin: SimTime, rate_hz: f64) -> Result<Self, TimeError> {
+        let samples = (rate_hz * GRID_INTERVAL_S).round();
+        if !(1.0..=1e12).contains(&samples) {
+            return Err(TimeError::BadRate { rate_hz });
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "range checked just above")]
+        Ok(Self { origin, samples_per_interval: samples as i64 })
+    }
+
+    /// The `k`-th instant, rounded to the nanosecond; saturates at the end of time.
+    #[must_use]
+    pub fn time_of(&self, k: u64) -> SimTime {
+        let n = i128::from(self.samples_per_interval);
+        let offset_ns = (i128::from(k) * i128::from(GRID_INTERVAL_NS) + n / 2) / n;
+        let ns = i128::from(self.origin.0).saturating_add(offset_ns);
+        SimTime(i64::try_from(ns).unwrap_or(i64::MAX))
+    }
+
+    /// The rate, Hz.
+    #[must_use]
+    pub fn rate_hz(&self) -> f64 {
+        self.samples_per_interval as f64 / GRID_INTERVAL_S
+    }
+
+    /// The spacing of the instants, s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        GRID_INTERVAL_S / self.samples_per_interval as f64
+    }
+
+    /// How many instants after the origin lie at or before `end`.
+    #[must_use]
+    pub fn periods_until(&self, end: SimTime) -> u64 {
+        let span_ns = i128::from(end.0) - i128::from(self.origin.0);
+        // Half a nanosecond of slack, because `time_of` rounds each instant.
+        let n = i128::from(self.samples_per_interval);
+        let k = (span_ns * n + n / 2) / i128::from(GRID_INTERVAL_NS);
+        u64::try_from(k).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_300_hz_grid_meets_every_whole_second_exactly() {
+        let grid = SampleGrid::new(SimTime::ZERO, 300.0).unwrap();
+        for second in [1_i64, 2, 480, 86_400] {
+            let k = u64::try_from(second).unwrap() * 300;
+            assert_eq!(grid.time_of(k), SimTime::from_ns(second * 1_000_000_000));
+        }
+    }
+
+    #[test]
+    fn a_rate_that_is_no_rate_is_refused() {
+        for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e13] {
+            assert!(SampleGrid::new(SimTime::ZERO, rate_hz).is_err(), "{rate_hz}");
+        }
+        for seconds in [f64::NAN, f64::INFINITY, -1e12] {
+            assert!(SimTime::from_s(seconds).is_err(), "{seconds}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn counting_periods_inverts_the_grid(
+            rate_mhz in 1_u32..2_000_000_000,
+            k in 0_u64..10_000_000,
+        ) {
+            let grid = SampleGrid::new(SimTime::ZERO, f64::from(rate_mhz) / 1e3).unwrap();
+            // Above 500 MHz neighbouring instants may round to the same nanosecond.
+            prop_assume!(rate_mhz < 500_000_000);
+            prop_assert_eq!(grid.periods_until(grid.time_of(k)), k);
+        }
+
+        #[test]
+        fn seconds_survive_the_round_trip(ns in -1_000_000_000_000_000_i64..1_000_000_000_000_000) {
+            let time = SimTime::from_ns(ns);
+            prop_assert_eq!(SimTime::from_s(time.as_s()).unwrap(), time);
+        }
+    }
+}
