@@ -45,21 +45,27 @@ pub struct GyroReading {
     pub flags: ReadingFlags,
 }
 
-/// One decoded rate sample on its way to an estimator.
-///
-/// `rate_rad_s` is the mean over the `span_s` seconds that end at `time`.
+/// One decoded rate sample on its way to an estimator: the mean rate from `from` to `time`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateSample {
-    /// Sensor time of the end of the averaging span.
+    /// Sensor time of the start of the averaging span.
+    pub from: SimTime,
+    /// Sensor time of the end of the averaging span, when the sample is complete.
     pub time: SimTime,
-    /// Length of the averaging span, s.
-    pub span_s: f64,
     /// Measured rate about the gyro's input axis, rad/s.
     pub rate_rad_s: f64,
     /// At least one gyro sample in the span was marked over range.
     pub over_range: bool,
     /// Gyro samples lost between the previous `RateSample` and this one.
     pub lost_before: u64,
+}
+
+impl RateSample {
+    /// Length of the averaging span, s.
+    #[must_use]
+    pub fn span_s(&self) -> f64 {
+        self.time.seconds_since(self.from)
+    }
 }
 
 /// What an estimator believes at one instant.

@@ -1,0 +1,24 @@
+# Each target does its own set-up on a machine with Rust, gcc, Python 3 and make.
+
+CARGO = . tools/native-env.sh && cargo
+
+.PHONY: demo test bench fmu python clean
+
+demo: ## run the whole chain on one turn of damped torsion
+	@$(CARGO) run --quiet --release -- demo
+
+test: python ## all tests, FMPy's included
+	@$(CARGO) test --workspace
+
+bench: python ## timings beside peers, as ratios of one run
+	@$(CARGO) bench --workspace --quiet
+
+fmu: ## build the FMUs into out/fmu
+	@$(CARGO) run --quiet --release -- fmu build
+
+python:
+	@sh tools/python-env.sh
+
+clean: ## remove everything that was built or installed here
+	@cargo clean --quiet
+	@rm -rf .venv out

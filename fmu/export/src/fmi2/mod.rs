@@ -1,0 +1,7 @@
+//! FMI 2.0 for co-simulation.
+
+pub mod calls;
+pub(crate) mod description;
+pub mod types;
+
+mod functions;

@@ -1,0 +1,8 @@
+//! FMI 3.0 for co-simulation.
+
+pub mod calls;
+pub(crate) mod description;
+pub mod types;
+
+mod functions;
+mod refused_functions;

@@ -1,0 +1,155 @@
+//! From decoded gyro samples to the averaged rate that estimators are given.
+
+use struna_kernel::{RateSample, SampleGrid};
+
+/// Averages fixed groups of consecutive gyro samples.
+///
+/// Groups are fixed by sample index, not by arrival, so a lost frame thins its own group and leaves
+/// all later ones alone. A group of which nothing arrived is skipped: the next sample then starts
+/// later than the last one ended, and the estimator sees the gap as a gap.
+///
+/// Gyro sample `k` is the mean rate over the interval from grid instant `k` to `k + 1`.
+#[derive(Debug, Clone)]
+pub struct Averager {
+    grid: SampleGrid,
+    per_output: u64,
+    group: u64,
+    sum_rad_s: f64,
+    count: u64,
+    over_range: bool,
+    /// Index that the next gyro sample should have.
+    expected: u64,
+    lost: u64,
+}
+
+/// Averaging over no sample at all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("averaging over 0 samples: at least 1 is needed")]
+pub struct AveragerError;
+
+impl Averager {
+    /// Averages groups of `per_output` samples of a gyro that samples on `grid`.
+    ///
+    /// # Errors
+    /// [`AveragerError`] when `per_output` is 0.
+    pub fn new(grid: SampleGrid, per_output: u64) -> Result<Self, AveragerError> {
+        if per_output == 0 {
+            return Err(AveragerError);
+        }
+        let (group, count, expected, lost) = (0, 0, 0, 0);
+        Ok(Self {
+            grid,
+            per_output,
+            group,
+            sum_rad_s: 0.0,
+            count,
+            over_range: false,
+            expected,
+            lost,
+        })
+    }
+
+    /// Takes gyro sample `index`; hands out each average that it completes or leaves behind.
+    ///
+    /// Indices must increase; one that does not is ignored.
+    pub fn add(
+        &mut self,
+        index: u64,
+        rate_rad_s: f64,
+        over_range: bool,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
+        if index < self.expected {
+            return;
+        }
+        if index / self.per_output > self.group {
+            self.close(sink);
+            self.group = index / self.per_output;
+        }
+        self.lost += index - self.expected;
+        self.expected = index + 1;
+        self.sum_rad_s += rate_rad_s;
+        self.count += 1;
+        self.over_range |= over_range;
+        if self.expected.is_multiple_of(self.per_output) {
+            self.close(sink);
+            self.group += 1;
+        }
+    }
+
+    /// Hands out the average of the current group, if anything of it arrived.
+    fn close(&mut self, sink: &mut impl FnMut(&RateSample)) {
+        if self.count == 0 {
+            return;
+        }
+        sink(&RateSample {
+            from: self.grid.time_of(self.group * self.per_output),
+            time: self.grid.time_of((self.group + 1) * self.per_output),
+            rate_rad_s: self.sum_rad_s / self.count as f64,
+            over_range: self.over_range,
+            lost_before: self.lost,
+        });
+        self.sum_rad_s = 0.0;
+        self.count = 0;
+        self.over_range = false;
+        self.lost = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use struna_kernel::SimTime;
+
+    fn averager(per_output: u64) -> Averager {
+        Averager::new(SampleGrid::new(SimTime::ZERO, 300.0).unwrap(), per_output).unwrap()
+    }
+
+    fn feed(averager: &mut Averager, indices: &[u64]) -> Vec<RateSample> {
+        let mut out = Vec::new();
+        for &k in indices {
+            averager.add(k, k as f64, k == 4, &mut |sample| out.push(*sample));
+        }
+        out
+    }
+
+    #[test]
+    fn three_samples_at_300_hz_make_one_at_100_hz() {
+        let out = feed(&mut averager(3), &[0, 1, 2, 3, 4, 5]);
+        assert_eq!(out.len(), 2);
+        assert_eq!(out[0].time, SimTime::from_ns(10_000_000));
+        assert_eq!((out[0].rate_rad_s, out[1].rate_rad_s), (1.0, 4.0));
+        assert_eq!((out[0].over_range, out[1].over_range), (false, true));
+        assert_eq!(out[1].span_s(), 0.01);
+    }
+
+    #[test]
+    fn a_lost_sample_thins_its_own_group_only() {
+        let out = feed(&mut averager(3), &[0, 2, 3, 4, 5]);
+        assert_eq!((out[0].rate_rad_s, out[0].lost_before), (1.0, 1));
+        assert_eq!((out[1].rate_rad_s, out[1].lost_before), (4.0, 0));
+    }
+
+    #[test]
+    fn a_lost_end_of_a_group_is_closed_by_the_next_sample() {
+        let out = feed(&mut averager(3), &[0, 1, 3, 4, 5]);
+        assert_eq!((out[0].rate_rad_s, out[0].lost_before), (0.5, 0));
+        assert_eq!((out[1].rate_rad_s, out[1].lost_before), (4.0, 1));
+    }
+
+    #[test]
+    fn a_group_that_never_came_is_a_gap() {
+        let out = feed(&mut averager(3), &[0, 1, 2, 9, 10, 11]);
+        assert_eq!(out.len(), 2);
+        assert_eq!(out[1].lost_before, 6);
+        let gap_s = out[1].from.seconds_since(out[0].time);
+        assert_eq!(gap_s, 0.02);
+    }
+
+    #[test]
+    fn an_index_that_does_not_increase_is_ignored() {
+        let out = feed(&mut averager(3), &[0, 1, 1, 0, 2]);
+        assert_eq!(out.len(), 1);
+        assert_eq!(out[0].rate_rad_s, 1.0);
+    }
+}

@@ -1,0 +1,184 @@
+//! Everything left of the line: motion, gyro, encoder. Bytes out, and the truth beside them.
+
+use crate::{MotionSource, Reference, SourceError};
+use struna_gyro::Gyro;
+use struna_kernel::{GyroReading, SampleGrid, SimTime};
+use struna_wire::{EncodeError, Encoder, FieldSpec, FrameSpec};
+
+/// How the emulator keeps time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pacing {
+    /// As fast as the reader takes the bytes; no clock is looked at.
+    AsFastAsPossible,
+    /// Each frame at its own absolute deadline.
+    RealTime,
+}
+
+/// Why the emulator stopped.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EmulatorError {
+    /// The motion source failed.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The layout has no field to put the rate into.
+    #[error("frame layout '{frame}' has no field 'rate'; add one")]
+    NoRate {
+        /** Name of the layout. */
+        frame: String,
+    },
+    /// Counts of this gyro would be misread.
+    #[error(
+        "the gyro's count is {gyro_rad_s:e} rad/s but frame layout '{frame}' declares \
+         {frame_rad_s:e} rad/s; make `lsb_deg_s` of the gyro and `scale` of the frame equal"
+    )]
+    ScaleMismatch {
+        /** Name of the layout. */
+        frame: String,
+        /** One count of the gyro, rad/s. */
+        gyro_rad_s: f64,
+        /** One count by the layout, rad/s. */
+        frame_rad_s: f64,
+    },
+    /// A reading that the layout cannot carry.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
+}
+
+/// What the emulator did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct EmulatorReport {
+    /// Frames put on the line.
+    pub frames: u64,
+    /// Bytes put on the line.
+    pub bytes: u64,
+    /// Samples whose true rate lay beyond the gyro's range.
+    pub saturated: u64,
+}
+
+/// Turns motion into gyro frames, one at a time. Knows no port and no clock.
+pub struct Emulator {
+    source: Box<dyn MotionSource>,
+    gyro: Gyro,
+    grid: SampleGrid,
+    encoder: Encoder,
+    layout: Layout,
+    raw: Vec<i64>,
+    before: Option<Reference>,
+    report: EmulatorReport,
+}
+
+impl std::fmt::Debug for Emulator {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Emulator").field("gyro", &self.gyro).finish_non_exhaustive()
+    }
+}
+
+impl Emulator {
+    /// An emulator of `gyro` on the body that `source` moves, speaking frames of layout `frame`.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] when the layout has no rate or counts differently.
+    pub fn new(
+        source: Box<dyn MotionSource>,
+        gyro: Gyro,
+        grid: SampleGrid,
+        frame: &FrameSpec,
+    ) -> Result<Self, EmulatorError> {
+        let layout = Layout::find(frame, gyro.params().lsb_rad_s)?;
+        let raw = vec![0; frame.fields().len()];
+        let encoder = Encoder::new(frame);
+        let report = EmulatorReport::default();
+        Ok(Self { source, gyro, grid, encoder, layout, raw, before: None, report })
+    }
+
+    /// Instant at which the next frame is complete.
+    #[must_use]
+    pub fn next_time(&self) -> SimTime {
+        self.grid.time_of(self.encoder.next_index() + 1)
+    }
+
+    /// Appends the next frame to `out`; returns the motion at its instant.
+    ///
+    /// The gyro is given the exact mean rate over the sample interval, from the integral of the
+    /// rate, so that a perfect gyro's samples add up to the true angle whatever its sample rate.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] when the motion cannot be carried on; nothing was appended then.
+    pub fn emit(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
+        let before = match self.before {
+            Some(before) => before,
+            None => self.source.reference_at(self.grid.time_of(self.encoder.next_index()))?,
+        };
+        let now = self.source.reference_at(self.next_time())?;
+        let span_s = now.time.seconds_since(before.time);
+        let reading = self.gyro.sample((now.spin_rad - before.spin_rad) / span_s);
+        self.layout.fill(&reading, &mut self.raw);
+        let length = out.len();
+        self.encoder.encode(&self.raw, out)?;
+        self.before = Some(now);
+        self.report.frames += 1;
+        self.report.bytes += (out.len() - length) as u64;
+        self.report.saturated += u64::from(reading.flags.over_range);
+        Ok(now)
+    }
+
+    /// What it has done so far.
+    #[must_use]
+    pub fn report(&self) -> EmulatorReport {
+        self.report
+    }
+}
+
+/// Where the parts of a reading go in a frame. What the layout does not have is not sent.
+#[derive(Debug)]
+struct Layout {
+    rate: usize,
+    temperature: Option<(usize, FieldSpec)>,
+    valid: Option<Bit>,
+    over_range: Option<Bit>,
+    temperature_valid: Option<Bit>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Bit {
+    field: usize,
+    mask: i64,
+}
+
+impl Layout {
+    fn find(frame: &FrameSpec, gyro_rad_s: f64) -> Result<Self, EmulatorError> {
+        let name = || frame.name().to_owned();
+        let rate =
+            frame.field_index("rate").ok_or_else(|| EmulatorError::NoRate { frame: name() })?;
+        let frame_rad_s = frame.fields()[rate].scale_si();
+        // Both come from decimal text through one multiplication: equal to the last bits or not
+        // meant to be equal.
+        if (frame_rad_s / gyro_rad_s - 1.0).abs() > 1e-12 {
+            return Err(EmulatorError::ScaleMismatch { frame: name(), gyro_rad_s, frame_rad_s });
+        }
+        let bit = |flag: &str| {
+            let flag = &frame.flags()[frame.flag_index(flag)?];
+            Some(Bit { field: flag.field(), mask: flag.mask() })
+        };
+        let temperature = frame.field_index("temp").map(|at| (at, frame.fields()[at].clone()));
+        let (valid, over_range) = (bit("valid"), bit("over_range"));
+        Ok(Self { rate, temperature, valid, over_range, temperature_valid: bit("temp_valid") })
+    }
+
+    fn fill(&self, reading: &GyroReading, raw: &mut [i64]) {
+        raw.fill(0);
+        raw[self.rate] = i64::from(reading.counts.0);
+        let set = |raw: &mut [i64], bit: Option<Bit>, on: bool| {
+            if let Some(Bit { field, mask }) = bit.filter(|_| on) {
+                raw[field] |= mask;
+            }
+        };
+        if let Some((at, field)) = &self.temperature {
+            raw[*at] = field.from_si(reading.temperature_deg_c);
+            set(raw, self.temperature_valid, true);
+        }
+        set(raw, self.valid, reading.flags.valid);
+        set(raw, self.over_range, reading.flags.over_range);
+    }
+}

@@ -1,0 +1,110 @@
+//! What can be typed.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Co-simulation and hardware-in-the-loop bench for a string-suspended body watched by gyros.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    after_help = "Start with `struna demo`, then copy and change scenarios/demo.toml."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run the whole chain on one turn of damped torsion and score both 2008 filters
+    #[command(after_help = "Examples:
+  struna demo
+  struna demo --out /tmp/first-light
+
+Writes record.csv, score.json, figure.svg and the FMUs into the folder.")]
+    Demo(Demo),
+    /// Run a scenario file through the whole chain
+    #[command(after_help = "Examples:
+  struna run scenarios/demo.toml
+  struna run scenarios/swing.toml --seed 7 --out out/swing-7
+  struna run scenarios/demo.toml --realtime
+
+Ctrl-C ends the run early; what came until then is recorded and scored.")]
+    Run(Run),
+    /// Write the truth motion of a scenario as CSV, without gyro or filters
+    #[command(after_help = "Example:
+  struna truth scenarios/swing.toml --csv truth.csv")]
+    Truth(Truth),
+    /// Build or list the FMUs
+    #[command(subcommand)]
+    Fmu(Fmu),
+}
+
+/// Arguments of `struna demo`.
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// Folder for the results [default: out/demo]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// Arguments of `struna run`.
+#[derive(Debug, Args)]
+pub struct Run {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Folder for the results [default: out/NAME, with the scenario's name]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Seed in place of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Send each frame at its own time instead of as fast as possible
+    #[arg(long)]
+    pub realtime: bool,
+}
+
+/// Arguments of `struna truth`.
+#[derive(Debug, Args)]
+pub struct Truth {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// CSV file to write
+    #[arg(long, value_name = "FILE")]
+    pub csv: PathBuf,
+}
+
+/// FMU commands.
+#[derive(Debug, Subcommand)]
+pub enum Fmu {
+    /// Write every model as .fmu files, FMI 2.0 and FMI 3.0
+    #[command(after_help = "Examples:
+  struna fmu build
+  struna fmu build --out fmus && fmpy validate fmus/PermanentRotation_fmi3.fmu")]
+    Build(FmuBuild),
+    /// List the models and their variables
+    List,
+}
+
+/// Arguments of `struna fmu build`.
+#[derive(Debug, Args)]
+pub struct FmuBuild {
+    /// Folder for the .fmu files
+    #[arg(long, value_name = "DIR", default_value = "out/fmu")]
+    pub out: PathBuf,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,19 @@
+//! The Struna program: scenarios in, records, scores and figures out.
+//!
+//! `main.rs` parses the command line and hands over to [`commands`]. A [`scenario`] file describes
+//! a run; [`session`] builds the chain for it and gathers the [`record`]; [`score`] and [`figure`]
+//! read the record and nothing else.
+
+pub mod cli;
+pub mod commands;
+pub mod figure;
+pub mod fmu;
+pub mod in_process;
+pub mod output;
+pub mod progress;
+pub mod record;
+pub mod recording;
+pub mod report;
+pub mod scenario;
+pub mod score;
+pub mod session;

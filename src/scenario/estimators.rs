@@ -1,0 +1,190 @@
+//! `[[estimator]]`: which estimators run, how they start, and whether as FMU or in process.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use struna_estimator::{FilterConfig, Reading, Refinement};
+use struna_kernel::RAD_PER_DEG;
+use struna_settings::{Result, Table};
+
+const RAD2_PER_DEG2: f64 = RAD_PER_DEG * RAD_PER_DEG;
+
+/// One estimator of a scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EstimatorPlan {
+    /// Its name in record and score.
+    pub name: String,
+    /// What it is.
+    pub kind: EstimatorKind,
+    /// Where it runs.
+    pub run_as: RunAs,
+    /// How it starts.
+    pub config: FilterConfig,
+}
+
+/// The estimators there are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EstimatorKind {
+    /// Plain integration of the rate.
+    PlainIntegration,
+    /// Kalman filter that assumes a constant rate.
+    PermanentRotation,
+    /// Kalman filter that assumes undamped torsion.
+    TorsionalOscillation {
+        /// Assumed period, s.
+        period_s: f64,
+    },
+}
+
+/// Where an estimator runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RunAs {
+    /// In this process.
+    InProcess,
+    /// As the FMU that this program builds, FMI 2.0.
+    Fmi2,
+    /// As the FMU that this program builds, FMI 3.0.
+    Fmi3,
+    /// As an FMU from a file.
+    FmuFile(PathBuf),
+}
+
+#[derive(Clone, Copy)]
+enum KindWord {
+    Integration,
+    Rotation,
+    Torsion,
+}
+
+#[derive(Clone, Copy)]
+enum Place {
+    InProcess,
+    Fmi2,
+    Fmi3,
+    File,
+}
+
+const KEYS: [&str; 13] = [
+    "name",
+    "kind",
+    "run_as",
+    "fmu_file",
+    "angle_start_deg",
+    "rate_start_deg_s",
+    "angle_sigma_start_deg",
+    "rate_sigma_start_deg_s",
+    "measurement_sigma_deg_s",
+    "process_noise_deg2_s3",
+    "refinement_samples",
+    "refinement_reading",
+    "torsion_period_s",
+];
+
+pub(super) fn estimators(tables: &[Table<'_>], folder: &Path) -> Result<Vec<EstimatorPlan>> {
+    let mut names = BTreeSet::new();
+    let mut plans = Vec::with_capacity(tables.len());
+    for table in tables {
+        let plan = estimator(table, folder)?;
+        if !names.insert(plan.name.clone()) {
+            let name = table.required("name")?;
+            return Err(name.because("another estimator has this name; choose a different one"));
+        }
+        plans.push(plan);
+    }
+    Ok(plans)
+}
+
+fn estimator(table: &Table<'_>, folder: &Path) -> Result<EstimatorPlan> {
+    table.only(&KEYS)?;
+    let kind = table.required("kind")?.word(&[
+        ("plain-integration", KindWord::Integration),
+        ("permanent-rotation", KindWord::Rotation),
+        ("torsional-oscillation", KindWord::Torsion),
+    ])?;
+    let kind = match kind {
+        KindWord::Torsion => EstimatorKind::TorsionalOscillation {
+            period_s: table.required("torsion_period_s")?.positive()?,
+        },
+        KindWord::Rotation => EstimatorKind::PermanentRotation,
+        KindWord::Integration => EstimatorKind::PlainIntegration,
+    };
+    if let (false, Some(period)) = (
+        matches!(kind, EstimatorKind::TorsionalOscillation { .. }),
+        table.optional("torsion_period_s"),
+    ) {
+        return Err(period.because("this kind of estimator assumes no torsion; remove it"));
+    }
+    Ok(EstimatorPlan {
+        name: name(table)?,
+        kind,
+        run_as: run_as(table, kind, folder)?,
+        config: config(table)?,
+    })
+}
+
+fn name(table: &Table<'_>) -> Result<String> {
+    let value = table.required("name")?;
+    let name = value.text()?;
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+    if name.is_empty() || name.len() > 32 || name == "truth" || !name.chars().all(plain) {
+        return Err(value.out_of_range("up to 32 letters, digits, '-' or '_', and not \"truth\""));
+    }
+    Ok(name.to_owned())
+}
+
+fn run_as(table: &Table<'_>, kind: EstimatorKind, folder: &Path) -> Result<RunAs> {
+    let value = table.required("run_as")?;
+    let place = value.word(&[
+        ("in-process", Place::InProcess),
+        ("fmi2", Place::Fmi2),
+        ("fmi3", Place::Fmi3),
+        ("fmu-file", Place::File),
+    ])?;
+    if kind == EstimatorKind::PlainIntegration && !matches!(place, Place::InProcess) {
+        return Err(value.out_of_range("\"in-process\": plain integration is no FMU"));
+    }
+    let file = table.optional("fmu_file");
+    match (place, file) {
+        (Place::File, None) => Err(value.because("needs `fmu_file`; add it")),
+        (Place::File, Some(file)) => Ok(RunAs::FmuFile(folder.join(file.text()?))),
+        (_, Some(file)) => {
+            Err(file.because("is read with `run_as = \"fmu-file\"` only; change one of them"))
+        }
+        (Place::InProcess, None) => Ok(RunAs::InProcess),
+        (Place::Fmi2, None) => Ok(RunAs::Fmi2),
+        (Place::Fmi3, None) => Ok(RunAs::Fmi3),
+    }
+}
+
+fn config(table: &Table<'_>) -> Result<FilterConfig> {
+    let number =
+        |key: &str, default: f64| table.optional(key).map_or(Ok(default), |value| value.number());
+    let sigma2 = |key: &str| -> Result<f64> {
+        let sigma_rad = table.required(key)?.not_negative()? * RAD_PER_DEG;
+        Ok(sigma_rad * sigma_rad)
+    };
+    let measurement = table.required("measurement_sigma_deg_s")?.positive()? * RAD_PER_DEG;
+    let noise = table.optional("process_noise_deg2_s3");
+    let config = FilterConfig {
+        angle_start_rad: number("angle_start_deg", 0.0)? * RAD_PER_DEG,
+        rate_start_rad_s: number("rate_start_deg_s", 0.0)? * RAD_PER_DEG,
+        angle_variance_start_rad2: sigma2("angle_sigma_start_deg")?,
+        rate_variance_start_rad2_s2: sigma2("rate_sigma_start_deg_s")?,
+        measurement_variance_rad2_s2: measurement * measurement,
+        process_noise_rad2_s3: noise.map_or(Ok(0.0), |q| q.not_negative())? * RAD2_PER_DEG2,
+        refinement: refinement(table)?,
+    };
+    config.validate().map_err(|error| table.because(error.to_string()))?;
+    Ok(config)
+}
+
+fn refinement(table: &Table<'_>) -> Result<Refinement> {
+    let samples = match table.optional("refinement_samples") {
+        Some(samples) => samples.integer_in(0..=i32::MAX)?.cast_unsigned(),
+        None => 0,
+    };
+    let reading = match table.optional("refinement_reading") {
+        Some(reading) => reading.word(&[("M0", Reading::M0), ("M6", Reading::M6)])?,
+        None => Reading::M6,
+    };
+    Ok(Refinement { samples, reading })
+}

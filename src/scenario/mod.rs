@@ -1,0 +1,180 @@
+//! Scenarios: what a run consists of, and the TOML files that say so.
+//!
+//! This is one of the few places that speak degrees: files do, everything inside is SI.
+
+mod estimators;
+mod gyro;
+mod motion;
+
+pub use estimators::{EstimatorKind, EstimatorPlan, RunAs};
+pub use motion::{ModelSource, RecordingSource, Source};
+
+use std::path::{Path, PathBuf};
+use struna_gyro::GyroParams;
+use struna_kernel::{Seed, SimTime};
+use struna_settings::{Result, SettingsError, Table};
+use struna_wire::{FrameSpec, FrameSpecError};
+
+/// Frame layouts that ship with the program, by the name a scenario calls them.
+const SHIPPED_FRAMES: [(&str, &str); 1] =
+    [("struna/vg910d@1", include_str!("../../frames/vg910d.toml"))];
+
+/// A run that lasts longer than this is a typing error.
+const DURATION_S_MAX: f64 = 1e7;
+const ESTIMATORS_MAX: usize = 32;
+
+/// Everything that decides a run.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Name, used for the result folder and the figure.
+    pub name: String,
+    /// Length of the run.
+    pub duration: SimTime,
+    /// Seed of all random streams.
+    pub seed: Seed,
+    /// Where the motion comes from.
+    pub source: Source,
+    /// The gyro on the body.
+    pub gyro: GyroParams,
+    /// The layout of its frames.
+    pub frame: FrameSpec,
+    /// Gyro samples averaged into one rate sample.
+    pub averaging_samples: u64,
+    /// The estimators, in the order of the record.
+    pub estimators: Vec<EstimatorPlan>,
+}
+
+/// Why a scenario cannot be run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("cannot read the scenario {}: {source}; check the path", path.display())]
+    Read {
+        /** The file. */
+        path: PathBuf,
+        /** The system's reason. */
+        source: std::io::Error,
+    },
+    /// A key or value in it.
+    #[error(transparent)]
+    Settings(#[from] Box<SettingsError>),
+    /// The frame file it names cannot be read.
+    #[error("cannot read the frame file {}: {source}; check `frame` in [line]", path.display())]
+    ReadFrame {
+        /** The file. */
+        path: PathBuf,
+        /** The system's reason. */
+        source: std::io::Error,
+    },
+    /// The frame file it names is wrong.
+    #[error("frame file {}", path.display())]
+    Frame {
+        /** The file. */
+        path: PathBuf,
+        /** What is wrong. */
+        #[source]
+        source: FrameSpecError,
+    },
+}
+
+impl Scenario {
+    /// Reads a scenario file. Paths in it are relative to the file's folder.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names file, line, key, value and remedy.
+    pub fn read(path: &Path) -> std::result::Result<Self, ScenarioError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// Parses the text of a scenario file; `path` is for messages and for paths inside.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names file, line, key, value and remedy.
+    pub fn parse(text: &str, path: &Path) -> std::result::Result<Self, ScenarioError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let (mut scenario, frame) = struna_settings::read(text, |root| from_root(root, folder))
+            .map_err(|error| Box::new(error.in_file(path)))?;
+        if let Some(file) = frame {
+            scenario.frame = read_frame(&file)?;
+        }
+        Ok(scenario)
+    }
+}
+
+fn read_frame(path: &Path) -> std::result::Result<FrameSpec, ScenarioError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| ScenarioError::ReadFrame { path: path.to_owned(), source })?;
+    FrameSpec::from_toml(&text)
+        .map_err(|source| ScenarioError::Frame { path: path.to_owned(), source })
+}
+
+/// The scenario, and the frame file still to be read if it names one.
+fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBuf>)> {
+    root.only(&["run", "source", "body", "gyro", "line", "averaging", "estimator"])?;
+    let run = root.required("run")?.table()?;
+    run.only(&["name", "duration_s", "seed"])?;
+    let name = run_name(&run)?;
+    let duration = run.required("duration_s")?;
+    let duration_s = duration.positive()?;
+    if duration_s > DURATION_S_MAX {
+        return Err(duration.out_of_range(format!("at most {DURATION_S_MAX:e}")));
+    }
+    let duration = SimTime::from_s(duration_s).map_err(|e| duration.because(e.to_string()))?;
+    let seed = match run.optional("seed") {
+        Some(seed) => seed.integer_in(0..=i64::MAX)?.cast_unsigned(),
+        None => 0,
+    };
+    let (frame, frame_file) = frame(root, folder)?;
+    let estimators = root.tables("estimator", ESTIMATORS_MAX)?;
+    let scenario = Scenario {
+        name,
+        duration,
+        seed: Seed(seed),
+        source: motion::source(root, folder)?,
+        gyro: gyro::gyro(root)?,
+        frame,
+        averaging_samples: averaging(root)?,
+        estimators: estimators::estimators(&estimators, folder)?,
+    };
+    Ok((scenario, frame_file))
+}
+
+/// A name that can be a folder's.
+fn run_name(run: &Table<'_>) -> Result<String> {
+    let value = run.required("name")?;
+    let name = value.text()?;
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if name.is_empty() || name.len() > 64 || name.starts_with('.') || !name.chars().all(plain) {
+        return Err(value.out_of_range("up to 64 letters, digits, '-', '_' or '.'"));
+    }
+    Ok(name.to_owned())
+}
+
+fn frame(root: &Table<'_>, folder: &Path) -> Result<(FrameSpec, Option<PathBuf>)> {
+    let shipped = |text| FrameSpec::from_toml(text).expect("shipped frames are tested");
+    let default = shipped(SHIPPED_FRAMES[0].1);
+    let Some(line) = root.optional("line") else { return Ok((default, None)) };
+    let line = line.table()?;
+    line.only(&["frame"])?;
+    let Some(frame) = line.optional("frame") else { return Ok((default, None)) };
+    let name = frame.text()?;
+    if let Some((_, text)) = SHIPPED_FRAMES.iter().find(|(shipped, _)| *shipped == name) {
+        return Ok((shipped(text), None));
+    }
+    let is_file = Path::new(name).extension().is_some_and(|extension| extension == "toml");
+    if !is_file {
+        let known: Vec<_> = SHIPPED_FRAMES.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+        return Err(frame.out_of_range(format!("a .toml file or one of: {}", known.join(", "))));
+    }
+    Ok((default, Some(folder.join(name))))
+}
+
+fn averaging(root: &Table<'_>) -> Result<u64> {
+    let Some(averaging) = root.optional("averaging") else { return Ok(1) };
+    let averaging = averaging.table()?;
+    averaging.only(&["samples"])?;
+    averaging.required("samples")?.integer_in(1..=1_000_000)
+}

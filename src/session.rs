@@ -1,0 +1,218 @@
+//! One run of a scenario: builds the chain, drives it, gathers the record.
+
+use crate::fmu::{self, FmiVersion};
+use crate::in_process::InProcess;
+use crate::record::Record;
+use crate::recording;
+use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario, Source};
+use anyhow::{Context, Result};
+use std::path::{Path, PathBuf};
+use struna_body::TruthMotion;
+use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
+use struna_gyro::Gyro;
+use struna_harness::{
+    Averager, BodySource, DeviceUnderTest, Emulator, FmuDevice, MotionSource, Observer, Pacing,
+    Parameter, ParameterValue, Pipeline, Reference, RunReport,
+};
+use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime};
+use struna_line::StopFlag;
+
+/// What a run left behind.
+#[derive(Debug)]
+pub struct Session {
+    /// The signals over time.
+    pub record: Record,
+    /// What happened on the line.
+    pub report: RunReport,
+}
+
+/// How a run is driven.
+pub struct Drive<'a> {
+    /// Folder in which FMUs are built.
+    pub fmu_folder: &'a Path,
+    /// Speed.
+    pub pacing: Pacing,
+    /// Ends the run early.
+    pub stop: &'a StopFlag,
+    /// Told how much of the run is done, in simulated time.
+    pub progress: &'a mut dyn FnMut(SimTime),
+}
+
+impl std::fmt::Debug for Drive<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Drive").field("pacing", &self.pacing).finish_non_exhaustive()
+    }
+}
+
+/// Runs `scenario` through gyro, frames, pseudo-terminal, decoder and estimators.
+///
+/// # Errors
+/// Whatever stops the chain, with the place it happened in.
+pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
+    let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?;
+    let frames = grid.periods_until(scenario.duration);
+    let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
+    let (source, has_twist) = motion_source(&scenario.source)?;
+    let emulator = Emulator::new(source, gyro, grid, &scenario.frame)?;
+    let devices = devices(&scenario.estimators, drive.fmu_folder)?;
+    let averager = Averager::new(grid, scenario.averaging_samples)?;
+    let mut recorder = Recorder::new(&scenario.estimators, has_twist, drive.progress);
+    let mut pipeline = Pipeline::new(scenario.frame.clone(), averager, devices)?;
+    let report = struna_harness::run(
+        emulator,
+        frames,
+        drive.pacing,
+        &mut pipeline,
+        &mut recorder,
+        drive.stop,
+    )?;
+    Ok(Session { record: recorder.record, report })
+}
+
+/// The source of a scenario, and whether it knows the twist.
+///
+/// # Errors
+/// When the body refuses its start, or the recording cannot be read.
+pub fn motion_source(source: &Source) -> Result<(Box<dyn MotionSource>, bool)> {
+    Ok(match source {
+        Source::Model(model) => {
+            let truth = TruthMotion::new(model.body.clone(), &model.start, model.integrator)?;
+            (Box::new(BodySource(truth)), true)
+        }
+        Source::Recording(plan) => {
+            let (time, rate) = (&plan.time_column, &plan.rate_column);
+            let recording = recording::read(&plan.file, time, rate, plan.rad_s_per_unit)?;
+            (Box::new(recording), false)
+        }
+    })
+}
+
+fn devices(plans: &[EstimatorPlan], fmu_folder: &Path) -> Result<Vec<Box<dyn DeviceUnderTest>>> {
+    plans.iter().map(|plan| device(plan, fmu_folder)).collect()
+}
+
+fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnderTest>> {
+    let context = || format!("estimator '{}'", plan.name);
+    let file = match &plan.run_as {
+        RunAs::InProcess => {
+            let estimator = estimator(plan).with_context(context)?;
+            return Ok(Box::new(InProcess::new(&plan.name, estimator)));
+        }
+        RunAs::Fmi2 => built(plan.kind, FmiVersion::Fmi2, fmu_folder).with_context(context)?,
+        RunAs::Fmi3 => built(plan.kind, FmiVersion::Fmi3, fmu_folder).with_context(context)?,
+        RunAs::FmuFile(file) => file.clone(),
+    };
+    let importer = struna_fmi_import::open(&file).with_context(context)?;
+    let device = FmuDevice::new(importer.as_ref(), &plan.name, &parameters(plan));
+    Ok(Box::new(device.with_context(context)?))
+}
+
+fn estimator(plan: &EstimatorPlan) -> Result<Box<dyn RateEstimator>> {
+    Ok(match plan.kind {
+        EstimatorKind::PlainIntegration => Box::new(PlainIntegration::new(plan.config)?),
+        EstimatorKind::PermanentRotation => Box::new(Filter::permanent_rotation(plan.config)?),
+        EstimatorKind::TorsionalOscillation { period_s } => {
+            Box::new(Filter::torsional_oscillation(plan.config, period_s)?)
+        }
+    })
+}
+
+/// Builds the FMU of an estimator.
+fn built(kind: EstimatorKind, version: FmiVersion, folder: &Path) -> Result<PathBuf> {
+    let model = match kind {
+        EstimatorKind::PermanentRotation => "PermanentRotation",
+        EstimatorKind::TorsionalOscillation { .. } => "TorsionalOscillation",
+        EstimatorKind::PlainIntegration => anyhow::bail!("plain integration is no FMU"),
+    };
+    Ok(fmu::build(model, version, folder)?)
+}
+
+/// The FMU's parameters, which carry the names of the configuration's fields.
+fn parameters(plan: &EstimatorPlan) -> Vec<Parameter> {
+    let float = |name: &str, value| Parameter {
+        name: name.to_owned(),
+        value: ParameterValue::Float64(value),
+    };
+    let integer = |name: &str, value| Parameter {
+        name: name.to_owned(),
+        value: ParameterValue::Int32(value),
+    };
+    let c = &plan.config;
+    let reading = match c.refinement.reading {
+        Reading::M0 => 0,
+        _ => 6,
+    };
+    let samples = i32::try_from(c.refinement.samples).unwrap_or(i32::MAX);
+    let mut parameters = vec![
+        float("angle_start_rad", c.angle_start_rad),
+        float("rate_start_rad_s", c.rate_start_rad_s),
+        float("angle_variance_start_rad2", c.angle_variance_start_rad2),
+        float("rate_variance_start_rad2_s2", c.rate_variance_start_rad2_s2),
+        float("measurement_variance_rad2_s2", c.measurement_variance_rad2_s2),
+        float("process_noise_rad2_s3", c.process_noise_rad2_s3),
+        integer("refinement_samples", samples),
+        integer("refinement_reading", reading),
+    ];
+    if let EstimatorKind::TorsionalOscillation { period_s } = plan.kind {
+        parameters.push(float("period_s", period_s));
+    }
+    parameters
+}
+
+/// Gathers the record.
+struct Recorder<'a> {
+    record: Record,
+    has_twist: bool,
+    row: Vec<f64>,
+    progress: &'a mut dyn FnMut(SimTime),
+}
+
+impl<'a> Recorder<'a> {
+    fn new(plans: &[EstimatorPlan], has_twist: bool, progress: &'a mut dyn FnMut(SimTime)) -> Self {
+        let mut names: Vec<String> = ["time", "measured_rate_rad_s", "over_range", "lost_before"]
+            .map(str::to_owned)
+            .to_vec();
+        names.extend(["truth.body_rate_rad_s", "truth.body_rate_integral_rad"].map(str::to_owned));
+        if has_twist {
+            names.extend(["truth.twist_rad", "truth.twist_rate_rad_s"].map(str::to_owned));
+        }
+        for plan in plans {
+            for signal in ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s"] {
+                names.push(format!("{}.{signal}", plan.name));
+            }
+        }
+        let row = Vec::with_capacity(names.len());
+        Self { record: Record::with_columns(names), has_twist, row, progress }
+    }
+}
+
+impl Observer for Recorder<'_> {
+    fn observe(
+        &mut self,
+        sample: &RateSample,
+        reference: Option<&Reference>,
+        estimates: &[AngleEstimate],
+    ) {
+        let of = |get: fn(&Reference) -> f64| reference.map_or(f64::NAN, get);
+        self.row.clear();
+        self.row.extend([
+            sample.time.as_s(),
+            sample.rate_rad_s,
+            f64::from(u8::from(sample.over_range)),
+            sample.lost_before as f64,
+            of(|r| r.rate_rad_s),
+            of(|r| r.spin_rad),
+        ]);
+        if self.has_twist {
+            let twist = reference.and_then(|r| r.twist_rad.zip(r.twist_rate_rad_s));
+            let (twist_rad, twist_rate_rad_s) = twist.unwrap_or((f64::NAN, f64::NAN));
+            self.row.extend([twist_rad, twist_rate_rad_s]);
+        }
+        for e in estimates {
+            let signals = [e.angle_rad, e.rate_rad_s, e.angle_sigma_rad, e.rate_sigma_rad_s];
+            self.row.extend(signals);
+        }
+        self.record.push(&self.row);
+        (self.progress)(sample.time);
+    }
+}

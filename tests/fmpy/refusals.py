@@ -1,0 +1,135 @@
+"""Whatever an importer does wrong is refused with a status and a log line, and changes nothing."""
+
+import math
+import sys
+
+from slave import ERROR, OUTPUTS, Slave, bits, unpacked
+
+H = 0.01
+
+
+def before_initialization(description, folder):
+    slave = Slave(description, folder)
+    refused = slave.refused
+    refused(ERROR, ["before initialization mode"], slave.step, 0, H)
+    refused(ERROR, ["has not been entered"], slave.fmu.exitInitializationMode)
+    refused(ERROR, ["running model"], slave.fmu.terminate)
+    refused(ERROR, ["before initialization mode"], slave.get, "angle_rad")
+    slave.free()
+
+
+def bad_parameters(description, folder):
+    bad = {
+        "measurement_variance_rad2_s2": (0.0, "= 0 "),
+        "angle_variance_start_rad2": (-1.0, "= -1.0 "),
+        "rate_variance_start_rad2_s2": (-2.0, "= -2.0 "),
+        "process_noise_rad2_s3": (-3.0, "= -3.0 "),
+        "refinement_samples": (-4, "= -4 "),
+        "refinement_reading": (3, "= 3 "),
+    }
+    slave = Slave(description, folder)
+    if "period_s" in slave.variables:
+        bad["period_s"] = (0.0, "= 0 ")
+    for name, (value, shown) in bad.items():
+        slave.fmu.reset()
+        slave.refused(ERROR, [name + " " + shown], slave.begin, **{name: value})
+        assert "xitInitializationMode" in slave.log[-1][2], slave.log[-1]
+    slave.free()
+
+
+def in_step_mode(description, folder):
+    slave = Slave(description, folder)
+    slave.begin(start=0.0, stop=1.0)
+    for k in range(10):
+        slave.set(measured_rate_rad_s=0.02)
+        slave.step(k, H)
+    outputs = bits(slave.get(*OUTPUTS))
+    refused = slave.refused
+
+    refused(ERROR, ["angle_rad = 1.0", "output"], slave.set, angle_rad=1.0)
+    refused(ERROR, ["angle_start_rad = 1.5", "fixed"], slave.set, angle_start_rad=1.5)
+    refused(ERROR, ["refinement_samples = 7", "fixed"], slave.set, refinement_samples=7)
+    refused(ERROR, ["time = 3.0", "independent"], slave.set, time=3.0)
+    for value in (math.nan, math.inf, -math.inf):
+        name = "measured_rate_rad_s"
+        refused(ERROR, [name, "not finite"], slave.set, **{name: value})
+    set_real = slave.fmu.setReal if slave.is_fmi2 else slave.fmu.setFloat64
+    refused(ERROR, ["value reference 99"], set_real, [1, 99], [0.5, 0.5])
+    refused(ERROR, ["measured_rate_valid", "Boolean"], set_real, [2], [0.5])
+
+    refused(ERROR, ["0.1 s", "0.2 s"], slave.fmu.doStep, 0.2, H)
+    refused(ERROR, ["communication point"], slave.fmu.doStep, math.nan, H)
+    for h in (0.0, -H, math.nan, math.inf):
+        refused(ERROR, ["step size"], slave.fmu.doStep, 0.1, h)
+    refused(ERROR, ["stop time 1"], slave.fmu.doStep, 0.1, 0.95)
+    refused(ERROR, ["initialization"], slave.fmu.enterInitializationMode)
+
+    assert bits(slave.get(*OUTPUTS)) == outputs, "a refused call changed an output"
+    assert slave.get("measured_rate_rad_s") == [0.02], "a refused set changed the input"
+    slave.step(10, H)
+    straight = Slave(description, folder)
+    straight.begin(start=0.0, stop=1.0)
+    for k in range(11):
+        straight.set(measured_rate_rad_s=0.02)
+        straight.step(k, H)
+    same = bits(slave.get(*OUTPUTS)) == bits(straight.get(*OUTPUTS))
+    assert same, "a refused call changed the state"
+
+    slave.fmu.terminate()
+    refused(ERROR, ["after termination"], slave.step, 11, H)
+    refused(ERROR, ["after termination"], slave.set, measured_rate_rad_s=0.5)
+    slave.get(*OUTPUTS)
+    slave.free()
+    straight.free()
+
+
+def wrong_token(description, folder):
+    log = []
+    original = Slave._write
+    Slave._write = lambda self, _environment, *line: log.append(line)
+    try:
+        Slave(description, folder, token="0" * 64)
+    except Exception:
+        pass
+    else:
+        raise AssertionError("a wrong token was accepted")
+    finally:
+        Slave._write = original
+    assert len(log) == 1 and log[0][0] == ERROR, log
+    assert b"token" in log[0][2] and b"0" * 64 in log[0][2], log
+
+
+def logging(description, folder):
+    slave = Slave(description, folder)
+    wrong = lambda: slave.step(0, H)
+    slave.refused(ERROR, [], wrong)
+    lines = len(slave.log)
+    for on, categories, logged in [
+        (False, [], False),
+        (True, ["logStatusFatal"], False),
+        (True, ["logStatusError"], True),
+        (False, ["logStatusError"], False),
+        (True, [], True),
+    ]:
+        slave.fmu.setDebugLogging(on, categories)
+        try:
+            wrong()
+        except Exception:
+            lines += logged
+        assert len(slave.log) == lines, f"{on} {categories}: {slave.log}"
+    slave.refused(ERROR, ["noSuchCategory"], slave.fmu.setDebugLogging, True, ["noSuchCategory"])
+    slave.refused(ERROR, [], wrong)  # the refused call left logging as it was
+    slave.free()
+
+    silent = Slave(description, folder, logging_on=False)
+    try:
+        silent.step(0, H)
+    except Exception:
+        pass
+    assert silent.log == [], silent.log
+    silent.free()
+
+
+with unpacked(sys.argv[1]) as (description, folder):
+    for check in (before_initialization, bad_parameters, in_step_mode, wrong_token, logging):
+        check(description, folder)

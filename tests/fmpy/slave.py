@@ -1,0 +1,136 @@
+"""One face for FMPy's low-level FMI 2.0 and 3.0 co-simulation slaves."""
+
+import ctypes
+import shutil
+import struct
+from contextlib import contextmanager
+from pathlib import Path
+
+import fmpy
+from fmpy import fmi2, fmi3
+from fmpy.fmi1 import FMICallException
+from fmpy.logging import addLoggerProxy
+
+ERROR, FATAL = 3, 4
+# Passed at instantiation; every log line must bring it back.
+ENVIRONMENT = 0x5EED
+
+
+@contextmanager
+def unpacked(fmu):
+    """Unpacks an FMU for a while and gives its model description and folder."""
+    folder = fmpy.extract(fmu)
+    try:
+        yield fmpy.read_model_description(fmu), folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+class Slave:
+    """An instance of an FMU that keeps its log lines as (status, category, message)."""
+
+    def __init__(self, description, folder, logging_on=True, token=None):
+        self.log = []
+        self.environments = set()
+        self.is_fmi2 = description.fmiVersion == "2.0"
+        self.variables = {v.name: v for v in description.modelVariables}
+        kind = fmi2.FMU2Slave if self.is_fmi2 else fmi3.FMU3Slave
+        self.fmu = kind(
+            guid=token or description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="slave",
+        )
+        (self._instantiate2 if self.is_fmi2 else self._instantiate3)(logging_on)
+
+    def _instantiate2(self, logging_on):
+        def logger(environment, _name, status, category, message):
+            self._write(environment, status, category, message)
+
+        callbacks = fmi2.fmi2CallbackFunctions()
+        self.keep = callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
+        callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+        callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
+        callbacks.componentEnvironment = ENVIRONMENT
+        addLoggerProxy(ctypes.byref(callbacks))  # formats the variadic arguments
+        self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
+
+    def _instantiate3(self, logging_on):
+        def log_message(environment, status, category, message):
+            self._write(environment, status, category, message)
+
+        # FMPy's own wrapper passes no environment.
+        self.keep = fmi3.fmi3LogMessageCallback(log_message)
+        self.fmu.component = self.fmu.fmi3InstantiateCoSimulation(
+            b"slave", self.fmu.guid.encode(), None, False, logging_on, False, False, None, 0,
+            ENVIRONMENT, self.keep, fmi3.fmi3IntermediateUpdateCallback(),
+        )
+        if not self.fmu.component:
+            raise RuntimeError("fmi3InstantiateCoSimulation gave no instance")
+
+    def _write(self, environment, status, category, message):
+        self.environments.add(environment)
+        self.log.append((status, category.decode(), message.decode()))
+
+    def _accessor(self, verb, name):
+        kind = self.variables[name].type  # "Float64" and "Int32" in FMI 3.0
+        return getattr(self.fmu, verb + kind)
+
+    def get(self, *names):
+        return [self._accessor("get", n)([self.variables[n].valueReference])[0] for n in names]
+
+    def set(self, **values):
+        for name, value in values.items():
+            self._accessor("set", name)([self.variables[name].valueReference], [value])
+
+    def begin(self, start=0.0, stop=None, **values):
+        """Initialises with the given parameters and inputs."""
+        if self.is_fmi2:
+            self.fmu.setupExperiment(startTime=start, stopTime=stop)
+            self.set(**values)
+            self.fmu.enterInitializationMode()
+        else:
+            self.set(**values)
+            self.fmu.enterInitializationMode(startTime=start, stopTime=stop)
+        self.fmu.exitInitializationMode()
+
+    def step(self, k, h):
+        """The step from k·h to (k + 1)·h."""
+        self.fmu.doStep(k * h, h)
+
+    def refused(self, status, needles, call, *arguments, **keywords):
+        """Asserts that a call is refused with `status` and a log line that names `needles`."""
+        before = len(self.log)
+        try:
+            call(*arguments, **keywords)
+        except FMICallException as exception:
+            assert exception.status == status, f"status {exception.status}, expected {status}"
+            assert len(self.log) == before + 1, f"expected one log line: {self.log[before:]}"
+            logged_status, category, message = self.log[-1]
+            assert logged_status == status, self.log[-1]
+            expected = {ERROR: "logStatusError", FATAL: "logStatusFatal"}[status]
+            assert category == expected, self.log[-1]
+            for needle in (exception.function, *needles):
+                assert needle in message, f"{needle!r} is not in {message!r}"
+        else:
+            raise AssertionError(f"{call} was not refused")
+
+    def free(self):
+        self.fmu.freeInstance()
+        assert self.environments <= {ENVIRONMENT}, "log lines must bring the environment back"
+
+
+def read_doubles(path):
+    """Little-endian doubles of a file."""
+    content = Path(path).read_bytes()
+    return list(struct.unpack(f"<{len(content) // 8}d", content))
+
+
+def bits(values):
+    """The exact bytes of some values, in which -0.0 and 0.0 differ."""
+    return struct.pack(f"<{len(values)}d", *values)
+
+
+OUTPUTS = [
+    "angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s", "innovation_rad_s", "nis",
+]
