@@ -1,19 +1,25 @@
-//! One picture of a run: rates above, angles below. Reads the record and nothing else.
+//! One picture of a run: rates above, angles below; signals left, errors right. Reads the record
+//! and nothing else.
 
 use crate::record::Record;
 use plotters::coord::Shift;
 use plotters::prelude::{
     ChartBuilder, DrawingArea, DrawingAreaErrorKind, DrawingBackend, IntoDrawingArea, LineSeries,
-    PathElement, RGBColor, SVGBackend, SeriesLabelPosition, WHITE,
+    PathElement, RGBColor, SVGBackend, Text, WHITE,
 };
-use plotters::style::{Color, IntoFont, ShapeStyle};
+use plotters::style::{Color, ShapeStyle};
+use std::borrow::Cow;
 use std::ops::Range;
 use struna_kernel::RAD_PER_DEG;
 
-const SIZE_PX: (u32, u32) = (1200, 900);
+const SIZE_PX: (u32, u32) = (1400, 900);
+/// Height of title and legend together.
+const HEAD_PX: u32 = 74;
+const LEGEND_STEP_PX: i32 = 150;
+const FONT: &str = "sans-serif";
 /// Horizontal resolution of a curve; each step keeps its least and greatest value.
-const BUCKETS: usize = 900;
-const GREY: RGBColor = RGBColor(190, 190, 190);
+const BUCKETS: usize = 700;
+const GREY: RGBColor = RGBColor(185, 185, 185);
 const BLACK: RGBColor = RGBColor(0, 0, 0);
 /// Colours that stay apart for colour-blind readers (Okabe and Ito, 2008).
 const PALETTE: [RGBColor; 6] = [
@@ -39,10 +45,9 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Figur
     }
 }
 
-/// One curve of a panel.
+/// One curve, in the SI unit of its record column.
 struct Curve<'a> {
-    label: String,
-    values_rad: &'a [f64],
+    values: Cow<'a, [f64]>,
     style: ShapeStyle,
 }
 
@@ -55,52 +60,98 @@ pub fn svg(record: &Record, title: &str) -> Result<String, FigureError> {
     {
         let root = SVGBackend::with_string(&mut text, SIZE_PX).into_drawing_area();
         root.fill(&WHITE)?;
-        let root = root.titled(title, ("sans-serif", 24))?;
-        let (upper, lower) = root.split_vertically(root.dim_in_pixel().1 / 2);
+        let (head, body) = root.split_vertically(HEAD_PX);
+        head.draw(&Text::new(title.to_owned(), (24, 12), (FONT, 24)))?;
+        legend(&head, record)?;
+        let panels = body.split_evenly((2, 2));
         let time_s = record.column("time").unwrap_or_default();
-        panel(&upper, "rate, deg/s", time_s, &rate_curves(record))?;
-        panel(&lower, "angle, deg", time_s, &angle_curves(record))?;
+        let truth = angle_truth(record);
+        panel(&panels[0], "rate, deg/s", time_s, &rates(record))?;
+        panel(&panels[1], "rate error, deg/s", time_s, &rate_errors(record))?;
+        panel(&panels[2], "angle, deg", time_s, &angles(record, truth))?;
+        panel(&panels[3], "angle error, deg", time_s, &angle_errors(record, truth))?;
         root.present()?;
     }
     Ok(text)
 }
 
-fn rate_curves(record: &Record) -> Vec<Curve<'_>> {
-    let mut curves = Vec::new();
-    let mut add = |label: &str, column: &str, style: ShapeStyle| {
-        if let Some(values_rad) = record.column(column) {
-            curves.push(Curve { label: label.to_owned(), values_rad, style });
-        }
-    };
-    add("gyro", "measured_rate_rad_s", GREY.stroke_width(1));
-    add("truth", "truth.body_rate_rad_s", BLACK.stroke_width(3));
-    // Plain integration has no rate of its own: its rate is the gyro's, drawn already.
-    for (k, name) in record.estimators().enumerate().filter(|(_, name)| *name != "integration") {
-        add(name, &format!("{name}.rate_rad_s"), colour(k).stroke_width(1));
-    }
-    curves
+/// The angle that estimates are drawn against: the twist, or what a recording has in its place.
+fn angle_truth(record: &Record) -> &'static str {
+    let twist = "truth.twist_rad";
+    if record.column(twist).is_some() { twist } else { "truth.body_rate_integral_rad" }
 }
 
-fn angle_curves(record: &Record) -> Vec<Curve<'_>> {
-    let mut curves = Vec::new();
-    let mut add = |label: &str, column: &str, style: ShapeStyle| {
-        if let Some(values_rad) = record.column(column) {
-            curves.push(Curve { label: label.to_owned(), values_rad, style });
-        }
-    };
-    if record.column("truth.twist_rad").is_some() {
-        add("truth: twist", "truth.twist_rad", BLACK.stroke_width(4));
-    } else {
-        add("integral of the true rate", "truth.body_rate_integral_rad", BLACK.stroke_width(4));
-    }
-    for (k, name) in record.estimators().enumerate() {
-        add(name, &format!("{name}.angle_rad"), colour(k).stroke_width(2));
-    }
-    curves
+fn gyro_style() -> ShapeStyle {
+    GREY.stroke_width(1)
 }
 
-fn colour(k: usize) -> RGBColor {
-    PALETTE[k % PALETTE.len()]
+fn truth_style() -> ShapeStyle {
+    BLACK.stroke_width(4)
+}
+
+fn estimator_style(k: usize) -> ShapeStyle {
+    PALETTE[k % PALETTE.len()].stroke_width(2)
+}
+
+fn rates(record: &Record) -> Vec<Curve<'_>> {
+    let gyro = signal(record, "measured_rate_rad_s", gyro_style());
+    let truth = signal(record, "truth.body_rate_rad_s", truth_style());
+    gyro.into_iter().chain(truth).chain(of_estimators(record, "rate_rad_s")).collect()
+}
+
+fn angles<'a>(record: &'a Record, truth: &str) -> Vec<Curve<'a>> {
+    let truth = signal(record, truth, truth_style());
+    truth.into_iter().chain(of_estimators(record, "angle_rad")).collect()
+}
+
+fn rate_errors(record: &Record) -> Vec<Curve<'_>> {
+    let gyro = signal(record, "measured_rate_rad_s", gyro_style());
+    let curves = gyro.into_iter().chain(of_estimators(record, "rate_rad_s"));
+    curves.map(|curve| less(curve, record, "truth.body_rate_rad_s")).collect()
+}
+
+fn angle_errors<'a>(record: &'a Record, truth: &str) -> Vec<Curve<'a>> {
+    of_estimators(record, "angle_rad").map(|curve| less(curve, record, truth)).collect()
+}
+
+fn signal<'a>(record: &'a Record, column: &str, style: ShapeStyle) -> Option<Curve<'a>> {
+    Some(Curve { values: Cow::Borrowed(record.column(column)?), style })
+}
+
+/// One quantity of each estimator that has it. Plain integration has no rate of its own, only the
+/// gyro's, which is drawn already.
+fn of_estimators<'a>(record: &'a Record, quantity: &str) -> impl Iterator<Item = Curve<'a>> {
+    let is_rate = quantity == "rate_rad_s";
+    record.estimators().enumerate().filter_map(move |(k, name)| {
+        let column = format!("{name}.{quantity}");
+        let curve = signal(record, &column, estimator_style(k))?;
+        let is_gyro = record.column("measured_rate_rad_s") == record.column(&column);
+        (!(is_rate && is_gyro)).then_some(curve)
+    })
+}
+
+/// The curve less the truth in `column`.
+fn less<'a>(curve: Curve<'a>, record: &Record, column: &str) -> Curve<'a> {
+    let truth = record.column(column).unwrap_or_default();
+    let errors = curve.values.iter().zip(truth).map(|(value, truth)| value - truth).collect();
+    Curve { values: Cow::Owned(errors), style: curve.style }
+}
+
+/// One legend for all panels, beside nothing that could be hidden by it.
+fn legend<B>(head: &DrawingArea<B, Shift>, record: &Record) -> Result<(), FigureError>
+where
+    B: DrawingBackend,
+    B::ErrorType: std::error::Error + Send + Sync + 'static,
+{
+    let fixed = [("gyro", gyro_style()), ("truth", truth_style())];
+    let estimators = record.estimators().enumerate().map(|(k, name)| (name, estimator_style(k)));
+    let mut x = 28;
+    for (label, style) in fixed.into_iter().chain(estimators) {
+        head.draw(&PathElement::new([(x, 56), (x + 30, 56)], style))?;
+        head.draw(&Text::new(label.to_owned(), (x + 38, 48), (FONT, 16)))?;
+        x += LEGEND_STEP_PX;
+    }
+    Ok(())
 }
 
 fn panel<B>(
@@ -115,40 +166,39 @@ where
 {
     let end_s = time_s.last().copied().unwrap_or(1.0).max(1e-9);
     let mut chart = ChartBuilder::on(area)
-        .margin(12)
+        .margin(10)
         .x_label_area_size(42)
-        .y_label_area_size(70)
+        .y_label_area_size(74)
         .build_cartesian_2d(0.0..end_s, y_range(curves))?;
     chart
         .configure_mesh()
         .light_line_style(WHITE)
         .x_desc("time, s")
         .y_desc(y_label)
-        .label_style(("sans-serif", 15))
-        .axis_desc_style(("sans-serif", 17))
+        .x_label_formatter(&|value| tick(*value))
+        .y_label_formatter(&|value| tick(*value))
+        .label_style((FONT, 15))
+        .axis_desc_style((FONT, 17))
         .draw()?;
     for curve in curves {
-        let style = curve.style;
-        chart
-            .draw_series(LineSeries::new(thinned(time_s, curve.values_rad), style))?
-            .label(curve.label.clone())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style));
+        chart.draw_series(LineSeries::new(thinned(time_s, &curve.values), curve.style))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GREY)
-        .label_font(("sans-serif", 15).into_font())
-        .draw()?;
     Ok(())
+}
+
+/// A tick label without the digits that only rounding has put there.
+fn tick(value: f64) -> String {
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 /// The range of all finite values with a margin, in degrees.
 fn y_range(curves: &[Curve<'_>]) -> Range<f64> {
-    let finite = curves.iter().flat_map(|c| c.values_rad).copied().filter(|v| v.is_finite());
-    let (least, greatest) =
-        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let values = curves.iter().flat_map(|c| c.values.iter()).copied();
+    let (least, greatest) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     if least > greatest {
         return -1.0..1.0;
     }
@@ -191,6 +241,13 @@ mod tests {
         assert!(points.len() <= 2 * BUCKETS);
         assert!(points.contains(&(54_321.0, 1.0)));
         assert_eq!(points.last(), Some(&(99_999.0, -1.0)));
+    }
+
+    #[test]
+    fn tick_labels_carry_no_rounding_dust() {
+        assert_eq!(tick(0.1 + 0.2), "0.3");
+        assert_eq!(tick(450.0), "450");
+        assert_eq!(tick(-1e-9), "0");
     }
 
     #[test]

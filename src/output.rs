@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 
 /// A file or folder that could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {source}; check that the folder exists and may be written", path.display())]
+#[error(
+    "cannot write {}: {source}; check that the folder exists and may be written",
+    path.display()
+)]
 pub struct OutputError {
     /// What was to be written.
     pub path: PathBuf,

@@ -87,7 +87,14 @@ pub fn motion_source(source: &Source) -> Result<(Box<dyn MotionSource>, bool)> {
     })
 }
 
-fn devices(plans: &[EstimatorPlan], fmu_folder: &Path) -> Result<Vec<Box<dyn DeviceUnderTest>>> {
+/// The estimators of a scenario, ready to step; FMUs are built in `fmu_folder`.
+///
+/// # Errors
+/// When an FMU cannot be built, loaded or started, or a parameter is refused.
+pub fn devices(
+    plans: &[EstimatorPlan],
+    fmu_folder: &Path,
+) -> Result<Vec<Box<dyn DeviceUnderTest>>> {
     plans.iter().map(|plan| device(plan, fmu_folder)).collect()
 }
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use struna_gyro::GyroParams;
 use struna_kernel::{Seed, SimTime};
 use struna_settings::{Result, SettingsError, Table};
-use struna_wire::{FrameSpec, FrameSpecError};
+use struna_wire::FrameSpec;
 
 /// Frame layouts that ship with the program, by the name a scenario calls them.
 const SHIPPED_FRAMES: [(&str, &str); 1] =
@@ -56,7 +56,7 @@ pub enum ScenarioError {
         /** The system's reason. */
         source: std::io::Error,
     },
-    /// A key or value in it.
+    /// A key or value in it, or in the frame file it names.
     #[error(transparent)]
     Settings(#[from] Box<SettingsError>),
     /// The frame file it names cannot be read.
@@ -66,15 +66,6 @@ pub enum ScenarioError {
         path: PathBuf,
         /** The system's reason. */
         source: std::io::Error,
-    },
-    /// The frame file it names is wrong.
-    #[error("frame file {}", path.display())]
-    Frame {
-        /** The file. */
-        path: PathBuf,
-        /** What is wrong. */
-        #[source]
-        source: FrameSpecError,
     },
 }
 
@@ -107,8 +98,7 @@ impl Scenario {
 fn read_frame(path: &Path) -> std::result::Result<FrameSpec, ScenarioError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| ScenarioError::ReadFrame { path: path.to_owned(), source })?;
-    FrameSpec::from_toml(&text)
-        .map_err(|source| ScenarioError::Frame { path: path.to_owned(), source })
+    Ok(FrameSpec::from_toml(&text).map_err(|error| Box::new(error.in_file(path)))?)
 }
 
 /// The scenario, and the frame file still to be read if it names one.

@@ -12,8 +12,26 @@ from fmpy.fmi1 import FMICallException
 from fmpy.logging import addLoggerProxy
 
 ERROR, FATAL = 3, 4
-# Passed at instantiation; every log line must bring it back.
-ENVIRONMENT = 0x5EED
+# Slaves by the environment pointer that each passes at instantiation. Log lines find their slave
+# by nothing else, so one that does not bring the pointer back is lost and its test fails.
+SLAVES = {}
+
+
+def log_message(environment, status, category, message):
+    SLAVES[environment].log.append((status, category.decode(), message.decode()))
+
+
+def logger2(environment, _name, status, category, message):
+    log_message(environment, status, category, message)
+
+
+CALLBACKS2 = fmi2.fmi2CallbackFunctions()
+CALLBACKS2.logger = fmi2.fmi2CallbackLoggerTYPE(logger2)
+CALLBACKS2.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+CALLBACKS2.freeMemory = fmi2.defaultCallbacks.freeMemory
+# Formats the variadic arguments in C. It knows one logger per process, the last one added.
+addLoggerProxy(ctypes.byref(CALLBACKS2))
+LOG_MESSAGE3 = fmi3.fmi3LogMessageCallback(log_message)
 
 
 @contextmanager
@@ -31,7 +49,8 @@ class Slave:
 
     def __init__(self, description, folder, logging_on=True, token=None):
         self.log = []
-        self.environments = set()
+        self.environment = 0x5EED + len(SLAVES)
+        SLAVES[self.environment] = self
         self.is_fmi2 = description.fmiVersion == "2.0"
         self.variables = {v.name: v for v in description.modelVariables}
         kind = fmi2.FMU2Slave if self.is_fmi2 else fmi3.FMU3Slave
@@ -41,36 +60,23 @@ class Slave:
             modelIdentifier=description.coSimulation.modelIdentifier,
             instanceName="slave",
         )
-        (self._instantiate2 if self.is_fmi2 else self._instantiate3)(logging_on)
+        self.fmu.component = (self._instantiate2 if self.is_fmi2 else self._instantiate3)(logging_on)
+
+    # FMPy's own `instantiate` passes no environment.
 
     def _instantiate2(self, logging_on):
-        def logger(environment, _name, status, category, message):
-            self._write(environment, status, category, message)
-
-        callbacks = fmi2.fmi2CallbackFunctions()
-        self.keep = callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
-        callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
-        callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
-        callbacks.componentEnvironment = ENVIRONMENT
-        addLoggerProxy(ctypes.byref(callbacks))  # formats the variadic arguments
-        self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
+        callbacks = fmi2.fmi2CallbackFunctions.from_buffer_copy(CALLBACKS2)
+        callbacks.componentEnvironment = self.environment
+        return self.fmu.fmi2Instantiate(
+            b"slave", fmi2.fmi2CoSimulation, self.fmu.guid.encode(), b"",
+            ctypes.byref(callbacks), False, logging_on,
+        )
 
     def _instantiate3(self, logging_on):
-        def log_message(environment, status, category, message):
-            self._write(environment, status, category, message)
-
-        # FMPy's own wrapper passes no environment.
-        self.keep = fmi3.fmi3LogMessageCallback(log_message)
-        self.fmu.component = self.fmu.fmi3InstantiateCoSimulation(
+        return self.fmu.fmi3InstantiateCoSimulation(
             b"slave", self.fmu.guid.encode(), None, False, logging_on, False, False, None, 0,
-            ENVIRONMENT, self.keep, fmi3.fmi3IntermediateUpdateCallback(),
+            self.environment, LOG_MESSAGE3, fmi3.fmi3IntermediateUpdateCallback(),
         )
-        if not self.fmu.component:
-            raise RuntimeError("fmi3InstantiateCoSimulation gave no instance")
-
-    def _write(self, environment, status, category, message):
-        self.environments.add(environment)
-        self.log.append((status, category.decode(), message.decode()))
 
     def _accessor(self, verb, name):
         kind = self.variables[name].type  # "Float64" and "Int32" in FMI 3.0
@@ -117,7 +123,6 @@ class Slave:
 
     def free(self):
         self.fmu.freeInstance()
-        assert self.environments <= {ENVIRONMENT}, "log lines must bring the environment back"
 
 
 def read_doubles(path):

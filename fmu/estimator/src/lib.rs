@@ -83,9 +83,9 @@ pub enum EstimatorError {
 
 /// A recursive estimator of (angle, rate) from measurements of the rate.
 ///
-/// The contract, tested for every implementation: predicting over zero seconds changes nothing;
-/// a refused call changes nothing; an update never grows a variance; restored bytes continue bit for
-/// bit as the saved estimator would have.
+/// The contract, tested for every implementation: predicting over zero seconds changes nothing; a
+/// refused call changes nothing; an update of a filter, insertions of a refined covariance aside,
+/// never grows a variance; restored bytes continue bit for bit as the saved estimator would have.
 pub trait RateEstimator {
     /// Time update: carries the belief `span_s` seconds forward.
     ///

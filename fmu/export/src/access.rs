@@ -117,8 +117,9 @@ impl Instance {
         &self,
         reference: ValueReference,
     ) -> Result<&'static Variable, Refusal> {
-        let row = self.model_type().description.variables.get(reference as usize);
-        let variable = row.ok_or_else(|| Refusal::UnknownVariable { reference })?;
+        let Some(variable) = self.model_type().description.variables.get(reference as usize) else {
+            return Err(Refusal::UnknownVariable { reference });
+        };
         let is = variable.domain.kind();
         if is != E::KIND {
             return Err(Refusal::WrongType { variable: variable.name, is, asked: E::KIND });

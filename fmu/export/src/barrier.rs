@@ -85,11 +85,7 @@ fn refuse_for_ever(instance: &Instance, function: &'static str) -> Status {
 }
 
 #[cold]
-fn poison(
-    instance: &mut Instance,
-    function: &'static str,
-    payload: Box<dyn Any + Send>,
-) -> Status {
+fn poison(instance: &mut Instance, function: &'static str, payload: Box<dyn Any + Send>) -> Status {
     instance.poison();
     let said = payload
         .downcast_ref::<&str>()

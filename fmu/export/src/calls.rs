@@ -62,7 +62,8 @@ fn pick(
     }
     let token = token.ok_or(Refusal::NullPointer { argument: "instantiation token" })?;
     models.iter().find(|m| m.token == token.to_bytes()).ok_or_else(|| {
-        let describe = |m: &ModelType| format!("{} {}", m.description.name, m.instantiation_token());
+        let describe =
+            |m: &ModelType| format!("{} {}", m.description.name, m.instantiation_token());
         let known = models.iter().map(describe).collect::<Vec<_>>().join(", ");
         Refusal::UnknownToken { given: token.to_string_lossy().into_owned(), known }
     })

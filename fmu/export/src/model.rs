@@ -90,7 +90,8 @@ impl<M: Model> Running for M {
     }
 }
 
-type MakeRunning<T> = fn(&Values, T) -> Result<Box<dyn Running>, ModelError>;
+type Initialise = fn(&Values, f64) -> Result<Box<dyn Running>, ModelError>;
+type Restore = fn(&Values, &[u8]) -> Result<Box<dyn Running>, ModelError>;
 
 /// One model of a library: what the C layer needs to describe, start and restore it.
 ///
@@ -99,8 +100,8 @@ type MakeRunning<T> = fn(&Values, T) -> Result<Box<dyn Running>, ModelError>;
 pub struct ModelType {
     pub(crate) description: ModelDescription,
     pub(crate) token: [u8; 64],
-    pub(crate) initialise: MakeRunning<f64>,
-    pub(crate) restore: for<'a> fn(&Values, &'a [u8]) -> Result<Box<dyn Running>, ModelError>,
+    pub(crate) initialise: Initialise,
+    pub(crate) restore: Restore,
 }
 
 impl ModelType {
@@ -129,7 +130,8 @@ impl ModelType {
     /// the version and anything in the variable table.
     #[must_use]
     pub fn instantiation_token(&self) -> &str {
-        std::str::from_utf8(&self.token).expect("hexadecimal digits are ASCII")
+        // Hexadecimal digits are ASCII, so there is no default to fall back on.
+        std::str::from_utf8(&self.token).unwrap_or_default()
     }
 
     /// The text of `modelDescription.xml`. The same model gives the same bytes.

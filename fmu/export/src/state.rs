@@ -130,7 +130,10 @@ pub(crate) fn serialize(model_type: &ModelType, body: &[u8]) -> Vec<u8> {
 }
 
 /// The body within `bytes`, once all that wraps it has been found right.
-pub(crate) fn deserialize<'a>(model_type: &ModelType, bytes: &'a [u8]) -> Result<&'a [u8], Refusal> {
+pub(crate) fn deserialize<'a>(
+    model_type: &ModelType,
+    bytes: &'a [u8],
+) -> Result<&'a [u8], Refusal> {
     let mut rest = bytes.strip_prefix(MARK).ok_or(BadState::Mark)?;
     if take::<TOKEN_LEN>(&mut rest).map_err(|_| BadState::Mark)? != model_type.token {
         return Err(BadState::OtherModel.into());

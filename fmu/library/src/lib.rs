@@ -27,3 +27,34 @@ pub fn model(name: &str) -> Option<&'static ModelType> {
 }
 
 export_fmi!(crate::MODELS);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use struna_fmi_export::{Role, Unit};
+
+    const UNITS: [Unit; 7] =
+        [Unit::ONE, Unit::S, Unit::RAD, Unit::RAD_S, Unit::RAD2, Unit::RAD2_S2, Unit::RAD2_S3];
+
+    #[test]
+    fn every_variables_name_ends_in_its_unit() {
+        for variable in MODELS.iter().flat_map(|model| model.description().variables()) {
+            if variable.role() == Role::Independent {
+                continue; // called "time" by the standard
+            }
+            // The longest ending that fits: "rate_rad_s" also ends in "_s".
+            let fitting = UNITS.iter().filter(|u| variable.name().ends_with(&u.name_suffix()));
+            let named = fitting.max_by_key(|unit| unit.name_suffix().len());
+            assert_eq!(named, Some(&variable.unit()), "{}", variable.name());
+        }
+    }
+
+    #[test]
+    fn models_are_found_by_name_and_have_tokens_of_their_own() {
+        let [permanent, torsional] = &MODELS;
+        let found = model("TorsionalOscillation").map(ModelType::instantiation_token);
+        assert_eq!(found, Some(torsional.instantiation_token()));
+        assert_ne!(permanent.instantiation_token(), torsional.instantiation_token());
+        assert!(model("Pendulum").is_none());
+    }
+}

@@ -1,12 +1,12 @@
 //! The bench: drives the chain from motion to estimate and lets observers watch.
 //!
 //! Left of the line stands the [`Emulator`]: a [`MotionSource`], a gyro, an encoder. Right of it
-//! stands the [`Pipeline`]: a decoder, the [`Averager`] and the [`DeviceUnderTest`]s, fed with bytes
-//! and with nothing else. [`run`] joins the two through a pseudo-terminal; a real gyro would replace
-//! everything on the left and the pipeline could not tell.
+//! stands the [`Pipeline`]: a decoder, the [`Averager`] and the [`DeviceUnderTest`]s, fed with
+//! bytes and with nothing else. [`run`] joins the two through a pseudo-terminal; a real gyro would
+//! replace everything on the left and the pipeline could not tell.
 //!
-//! **Architecture Invariant:** estimators are met only through [`DeviceUnderTest`]; nothing here can
-//! name one.
+//! **Architecture Invariant:** estimators are met only through [`DeviceUnderTest`]; nothing here
+//! can name one.
 //!
 //! **Architecture Invariant:** truth reaches observers beside the line, never devices. Time is the
 //! gyro's sample counter; no arrival time enters a result.

@@ -27,23 +27,20 @@
 //! **Architecture Invariant:** decoding never fails, it reports. Any bytes in any split give the
 //! same frames and the same [`Counters`], and every byte is accounted for.
 //!
-//! **Architecture Invariant:** nothing of Struna is reachable from here, no port, no clock, and no
-//! frame file is embedded. Units change in [`FieldSpec`] and nowhere else.
+//! **Architecture Invariant:** of Struna only the TOML reader `struna_settings` is reachable from
+//! here: no port, no clock, and no frame file is embedded. Units change in [`FieldSpec`] and nowhere else.
 
 mod crc16;
 mod decoder;
 mod encoder;
-mod error;
 mod field;
 mod parse;
-mod reader;
 mod sequence;
 mod spec;
 
 pub use crc16::{Crc16, Crc16Params};
 pub use decoder::{Counters, Decoder, Frame};
 pub use encoder::{EncodeError, Encoder};
-pub use error::{FrameSpecError, FrameSpecFault};
 pub use field::{Coding, Endian, FieldSpec, Unit};
 pub use spec::{
     CheckSpec, FlagSpec, FrameSpec, LineSpec, Parity, Provenance, SequenceSpec, TimingSpec,

@@ -1,11 +1,11 @@
 //! From the text of a frame file to a consistent [`FrameSpec`].
 
-use crate::reader::{Result, Table, Value, with_root};
 use crate::{
-    CheckSpec, Coding, Crc16, Crc16Params, Endian, FieldSpec, FlagSpec, FrameSpec, FrameSpecFault,
-    LineSpec, MAX_FIELDS, MAX_FLAGS, MAX_FRAME_LEN, MAX_SYNC_LEN, Parity, Provenance, SequenceSpec,
+    CheckSpec, Coding, Crc16, Crc16Params, Endian, FieldSpec, FlagSpec, FrameSpec, LineSpec,
+    MAX_FIELDS, MAX_FLAGS, MAX_FRAME_LEN, MAX_SYNC_LEN, Parity, Provenance, SequenceSpec,
     TimingSpec, Unit,
 };
+use struna_settings::{Result, SettingsError, Table, Value};
 
 const ENDIANS: [(&str, Endian); 2] = [("be", Endian::Big), ("le", Endian::Little)];
 const UNITS: [(&str, Unit); 4] = [
@@ -32,7 +32,7 @@ const MIN_SCALE: f64 = 1e-18;
 const MAX_NAME_LEN: usize = 64;
 
 pub(crate) fn frame_spec(text: &str) -> Result<FrameSpec> {
-    with_root(text, |root| {
+    struna_settings::read(text, |root| {
         root.only(&["frame", "line", "timing"])?;
         let line = line(&root.required("line")?.table()?)?;
         let timing_table = root.required("timing")?.table()?;
@@ -41,7 +41,10 @@ pub(crate) fn frame_spec(text: &str) -> Result<FrameSpec> {
         let needed_baud = spec.bits_per_s();
         if needed_baud > f64::from(spec.line.baud) {
             let rate = timing_table.required("rate_hz")?;
-            return Err(rate.refuse(FrameSpecFault::LineTooSlow { needed_baud }));
+            return Err(rate.because(format!(
+                "frames at this rate need {needed_baud:.0} baud; raise `line.baud` or lower \
+                 `timing.rate_hz`"
+            )));
         }
         Ok(spec)
     })
@@ -81,16 +84,24 @@ impl Layout {
         self.owners.len() - 1
     }
 
+    /// Refuses a `value` that would reach byte `last`.
+    fn beyond(&self, value: &Value<'_>, last: usize) -> Box<SettingsError> {
+        let end = self.last();
+        value.because(format!(
+            "reaches byte {last}, but the frame ends at byte {end}; move it or raise `frame.len`"
+        ))
+    }
+
     /// Gives `bytes` bytes from `at` to the thing whose place `value` states.
     fn claim(&mut self, value: &Value<'_>, at: usize, bytes: usize) -> Result<()> {
         let last = at + bytes - 1;
         if last > self.last() {
-            return Err(value.refuse(FrameSpecFault::BeyondFrame { last, end: self.last() }));
+            return Err(self.beyond(value, last));
         }
         for (byte, slot) in self.owners.iter_mut().enumerate().take(last + 1).skip(at) {
             if let Some(owner) = slot {
-                let fault = FrameSpecFault::Overlap { byte, owner: owner.clone() };
-                return Err(value.refuse(fault));
+                return Err(value
+                    .because(format!("byte {byte} already belongs to {owner}; move one of them")));
             }
             *slot = Some(value.path().trim_end_matches(".at").to_owned());
         }
@@ -168,10 +179,14 @@ fn check_range(value: &Value<'_>, at: usize, layout: &Layout) -> Result<(usize, 
         return Err(value.out_of_range("[first, last] with first not after last"));
     }
     if last > layout.last() {
-        return Err(value.refuse(FrameSpecFault::BeyondFrame { last, end: layout.last() }));
+        return Err(layout.beyond(value, last));
     }
     match (at..at + CheckSpec::BYTES).find(|byte| (first..=last).contains(byte)) {
-        Some(byte) => Err(value.refuse(FrameSpecFault::CheckCoversItself { byte })),
+        // Such a check could be met by accident only.
+        Some(byte) => {
+            Err(value
+                .because(format!("covers the check's own byte {byte}; end the range before it")))
+        }
         None => Ok((first, last)),
     }
 }
@@ -206,8 +221,8 @@ fn refuse_twin<'a>(
     mut earlier: impl Iterator<Item = &'a str>,
 ) -> Result<()> {
     if earlier.any(|taken| taken == name) {
-        let by = format!("the entry called {name} above");
-        return Err(entry.required("name")?.refuse(FrameSpecFault::Taken { by }));
+        let reason = format!("already taken by the entry called {name} above; choose another");
+        return Err(entry.required("name")?.because(reason));
     }
     Ok(())
 }
@@ -282,8 +297,8 @@ fn flags(table: &Table<'_>, fields: &[FieldSpec]) -> Result<Vec<FlagSpec>> {
         refuse_twin(&entry, &read.name, flags.iter().map(FlagSpec::name))?;
         let same_bit = |other: &&FlagSpec| (other.field, other.bit) == (read.field, read.bit);
         if let Some(other) = flags.iter().find(same_bit) {
-            let by = format!("the flag {}", other.name);
-            return Err(entry.required("bit")?.refuse(FrameSpecFault::Taken { by }));
+            let reason = format!("already taken by the flag {}; choose another", other.name);
+            return Err(entry.required("bit")?.because(reason));
         }
         flags.push(read);
     }
@@ -293,13 +308,9 @@ fn flags(table: &Table<'_>, fields: &[FieldSpec]) -> Result<Vec<FlagSpec>> {
 fn flag(table: &Table<'_>, fields: &[FieldSpec]) -> Result<FlagSpec> {
     table.only(&["name", "field", "bit"])?;
     let name = name(&table.required("name")?)?;
-    let wanted = table.required("field")?;
-    let wanted_name = wanted.text()?;
-    let usable = |field: &&FieldSpec| FrameSpec::may_hold_flags(field);
-    let Some(index) = fields.iter().position(|f| f.name == wanted_name && usable(&f)) else {
-        let known: Vec<_> = fields.iter().filter(usable).map(FieldSpec::name).collect();
-        return Err(wanted.refuse(FrameSpecFault::NotAFlagField { known: known.join(", ") }));
-    };
+    let usable = fields.iter().enumerate().filter(|(_, field)| FrameSpec::may_hold_flags(field));
+    let choices: Vec<_> = usable.map(|(index, field)| (field.name(), index)).collect();
+    let index = table.required("field")?.word(&choices)?;
     let bit = table.required("bit")?.integer_in(0..=31)?;
     if bit as usize >= fields[index].bits() {
         let expected = format!("0 to {}", fields[index].bits() - 1);

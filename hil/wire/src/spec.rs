@@ -1,7 +1,7 @@
 //! What a frame file declares, once it has been found consistent.
 
 use crate::field::{Coding, Endian, FieldSpec, read_code, write_code};
-use crate::{Crc16, FrameSpecError, parse};
+use crate::{Crc16, parse};
 
 /// A declared frame layout with its line and its timing.
 ///
@@ -207,10 +207,10 @@ impl FrameSpec {
     /// Reads a frame file. The format is described in `docs/wire.md`.
     ///
     /// # Errors
-    /// [`FrameSpecError`], with line, key, value and remedy, for text that is not TOML, for keys
-    /// or words that are not understood, and for layouts that contradict themselves. No text
-    /// makes it panic.
-    pub fn from_toml(text: &str) -> Result<Self, FrameSpecError> {
+    /// [`struna_settings::SettingsError`], with line, key, value and remedy, for text that is not
+    /// TOML, for keys or words that are not understood, and for layouts that contradict
+    /// themselves. No text makes it panic.
+    pub fn from_toml(text: &str) -> struna_settings::Result<Self> {
         parse::frame_spec(text)
     }
 

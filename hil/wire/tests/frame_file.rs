@@ -3,9 +3,8 @@
 
 use proptest::prelude::*;
 use std::f64::consts::PI;
-use struna_wire::{
-    Coding, Endian, FrameSpec, FrameSpecError, FrameSpecFault as Fault, Parity, Provenance, Unit,
-};
+use struna_settings::{Fault, SettingsError};
+use struna_wire::{Coding, Endian, FrameSpec, Parity, Provenance, Unit};
 
 const DEFAULT: &str = include_str!("../../../frames/vg910d.toml");
 
@@ -39,7 +38,7 @@ fn the_default_frame_has_the_documented_numbers() {
 }
 
 /// The refusal of the default file with `from` replaced by `to`.
-fn refusal(from: &str, to: &str) -> FrameSpecError {
+fn refusal(from: &str, to: &str) -> Box<SettingsError> {
     assert!(DEFAULT.contains(from), "the default file has no {from:?}");
     FrameSpec::from_toml(&DEFAULT.replacen(from, to, 1)).expect_err(to)
 }
@@ -61,33 +60,41 @@ fn an_unknown_kind_says_what_is_supported() {
 }
 
 #[test]
-fn an_unknown_key_says_which_keys_exist() {
+fn an_unknown_key_names_the_nearest_and_all_that_exist() {
     let error = refusal("refin = false", "reflect = false");
     assert_eq!((error.line, error.column), (line_of("refin"), 1));
     assert_eq!(error.key, "frame.check.reflect");
     assert!(error.to_string().contains("refin, refout"), "{error}");
+    let error = refusal("xorout", "xorut");
+    assert!(error.to_string().contains("did you mean `xorout`?"), "{error}");
     assert!(matches!(refusal("[line]", "[lines]").fault, Fault::UnknownKey { .. }));
 }
 
 #[test]
 fn layouts_that_contradict_themselves_are_refused() {
-    let overlap = |from, to, at, who: &str| match refusal(from, to).fault {
-        Fault::Overlap { byte, owner } => assert_eq!((byte, owner.as_str()), (at, who)),
+    let reason = |from, to| match refusal(from, to).fault {
+        Fault::Refused { reason } => reason,
         other => panic!("{to}: {other}"),
     };
-    overlap("at = 7", "at = 6", 6, "frame.field[0]");
-    overlap("at = 4", "at = 1", 1, "frame.sync");
-    overlap("at = 4", "at = 8", 9, "frame.check");
-    overlap("at = 2\n", "at = 1\n", 1, "frame.sync");
-
-    let beyond = refusal("at = 9", "at = 10").fault;
-    assert_eq!(beyond, Fault::BeyondFrame { last: 11, end: 10 });
-    let beyond = refusal("len = 11", "len = 1").fault;
-    assert_eq!(beyond, Fault::BeyondFrame { last: 1, end: 0 });
-    let itself = refusal("[2, 8]", "[2, 9]").fault;
-    assert_eq!(itself, Fault::CheckCoversItself { byte: 9 });
-    let beyond = refusal("[2, 8]", "[2, 11]").fault;
-    assert_eq!(beyond, Fault::BeyondFrame { last: 11, end: 10 });
+    for (from, to, byte, owner) in [
+        ("at = 7", "at = 6", 6, "frame.field[0]"),
+        ("at = 4", "at = 1", 1, "frame.sync"),
+        ("at = 4", "at = 8", 9, "frame.check"),
+        ("at = 2\n", "at = 1\n", 1, "frame.sync"),
+    ] {
+        let expected = format!("byte {byte} already belongs to {owner}; move one of them");
+        assert_eq!(reason(from, to), expected);
+    }
+    for (from, to, last, end) in [
+        ("at = 9", "at = 10", 11, 10),
+        ("len = 11", "len = 1", 1, 0),
+        ("[2, 8]", "[2, 11]", 11, 10),
+    ] {
+        let expected = format!("reaches byte {last}, but the frame ends at byte {end}; ");
+        assert!(reason(from, to).starts_with(&expected), "{to}");
+    }
+    let itself = "covers the check's own byte 9; end the range before it";
+    assert_eq!(reason("[2, 8]", "[2, 9]"), itself);
     let slow = refusal("baud = 115200", "baud = 28800");
     assert_eq!(slow.key, "timing.rate_hz");
     assert_eq!(slow.line, line_of("rate_hz"));
@@ -96,15 +103,22 @@ fn layouts_that_contradict_themselves_are_refused() {
 
 #[test]
 fn names_and_bits_are_given_once() {
-    for (from, to) in [
-        ("name = \"temp\"", "name = \"rate\""),
-        ("name = \"warm_up\"", "name = \"valid\""),
-        ("bit = 5", "bit = 4"),
+    for (from, to, owner) in [
+        ("name = \"temp\"", "name = \"rate\"", "the entry called rate above"),
+        ("name = \"warm_up\"", "name = \"valid\"", "the entry called valid above"),
+        ("bit = 5", "bit = 4", "the flag warm_up"),
     ] {
-        assert!(matches!(refusal(from, to).fault, Fault::Taken { .. }), "{to}");
+        let reason = format!("already taken by {owner}; choose another");
+        assert_eq!(refusal(from, to).fault, Fault::Refused { reason }, "{to}");
     }
-    let signed = refusal("field = \"status\"", "field = \"rate\"").fault;
-    assert_eq!(signed, Fault::NotAFlagField { known: "status".to_owned() });
+}
+
+#[test]
+fn flags_live_in_unsigned_fields_only() {
+    let signed = refusal("field = \"status\"", "field = \"rate\"");
+    assert_eq!(signed.key, "frame.flag[0].field");
+    let Fault::UnknownWord { supported, .. } = signed.fault else { panic!("{signed}") };
+    assert_eq!(supported, "\"status\"");
 }
 
 #[test]
@@ -180,7 +194,7 @@ fn a_frame_without_a_counter_is_allowed() {
 
 #[test]
 fn a_file_too_long_or_too_deep_is_refused() {
-    let long = format!("{DEFAULT}#{}", "x".repeat(70_000));
+    let long = format!("{DEFAULT}#{}", "x".repeat(300_000));
     assert!(matches!(FrameSpec::from_toml(&long).unwrap_err().fault, Fault::TooLong { .. }));
     let deep = format!("a = {}", "[".repeat(30_000));
     assert!(matches!(FrameSpec::from_toml(&deep).unwrap_err().fault, Fault::Syntax { .. }));

@@ -32,7 +32,7 @@ mod start;
 mod torsion;
 
 pub use equations::{BodyEquations, STATES, TILT_MAX_RAD};
-pub use error::{BodyError, Bound};
+pub use error::BodyError;
 pub use motion::{Integrator, TruthMotion};
 pub use params::{Body, BodyParams, Torsion, TorsionDamping, TorsionStiffness};
 pub use start::{StartState, TWIST_MAX_RAD};

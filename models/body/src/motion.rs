@@ -1,9 +1,9 @@
 //! The true motion of the body, at any instant.
 
 use crate::ode::{Dop853, Rk4, Tolerance};
-use crate::{Body, BodyEquations, BodyError, Bound, STATES, StartState};
+use crate::{Body, BodyEquations, BodyError, STATES, StartState};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use struna_kernel::{BodyMotion, SimTime};
+use struna_kernel::{BodyMotion, Bound, SimTime};
 
 /// How the motion is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]

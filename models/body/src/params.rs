@@ -1,8 +1,9 @@
 //! Parameters of the body and its string, and the one place that judges them.
 
-use crate::{BodyError, Bound};
+use crate::BodyError;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use struna_kernel::{Bound, ParameterError};
 
 /// How stiff the string is in torsion.
 ///
@@ -118,7 +119,7 @@ impl Body {
 
 const INERTIA_NAMES: [&str; 3] = ["inertia_a_kg_m2", "inertia_b_kg_m2", "inertia_c_kg_m2"];
 
-fn check_inertia(moments: [f64; 3]) -> Result<(), BodyError> {
+fn check_inertia(moments: [f64; 3]) -> Result<(), ParameterError> {
     let extent = "a body of finite size has positive moments";
     for (name, moment) in INERTIA_NAMES.iter().zip(moments) {
         Bound::Above(0.0).check(name, moment, extent)?;
@@ -133,7 +134,7 @@ fn check_inertia(moments: [f64; 3]) -> Result<(), BodyError> {
     Ok(())
 }
 
-fn stiffness(stiffness: TorsionStiffness, axial_kg_m2: f64) -> Result<f64, BodyError> {
+fn stiffness(stiffness: TorsionStiffness, axial_kg_m2: f64) -> Result<f64, ParameterError> {
     match stiffness {
         TorsionStiffness::ConstantNMRad(k) => {
             let reason = "a string never drives its twist away from equilibrium";
@@ -151,7 +152,7 @@ fn damping(
     damping: TorsionDamping,
     axial_kg_m2: f64,
     stiffness_n_m_rad: f64,
-) -> Result<f64, BodyError> {
+) -> Result<f64, ParameterError> {
     let passive = "damping takes energy away, it never adds any";
     match damping {
         TorsionDamping::CoefficientNMSRad(c) => {
@@ -177,7 +178,7 @@ mod tests {
 
     fn refusal(params: BodyParams) -> (&'static str, Bound) {
         match Body::new(&params) {
-            Err(BodyError::Parameter { name, bound, reason, .. }) => {
+            Err(BodyError::Parameter(ParameterError { name, bound, reason, .. })) => {
                 assert!(!reason.is_empty());
                 (name, bound)
             }

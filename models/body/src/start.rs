@@ -1,7 +1,8 @@
 //! How a motion starts.
 
-use crate::{BodyError, Bound, STATES, TILT_MAX_RAD};
+use crate::{BodyError, STATES, TILT_MAX_RAD};
 use nalgebra::{Quaternion, UnitQuaternion};
+use struna_kernel::Bound;
 
 /// Largest twist a start may have, rad. Beyond it the attitude, which repeats every turn, would no
 /// longer follow from the twist to a nanoradian in `f64`.

@@ -1,7 +1,9 @@
 //! One gyro axis, sampled.
 
-use crate::{GyroError, GyroParams};
-use struna_kernel::{Channel, Counts, GyroReading, RandomStream, ReadingFlags, Seed};
+use crate::GyroParams;
+use struna_kernel::{
+    Channel, Counts, GyroReading, ParameterError, RandomStream, ReadingFlags, Seed,
+};
 
 /// One gyro axis in one run.
 ///
@@ -21,8 +23,8 @@ impl Gyro {
     /// A gyro in run `run` of the campaign `seed`, with the turn-on bias that this run draws.
     ///
     /// # Errors
-    /// [`GyroError::Parameter`] for the first parameter that no gyro can have.
-    pub fn new(params: GyroParams, seed: Seed, run: u64) -> Result<Self, GyroError> {
+    /// [`ParameterError`] for the first parameter that no gyro can have.
+    pub fn new(params: GyroParams, seed: Seed, run: u64) -> Result<Self, ParameterError> {
         params.validate()?;
         let turn_on = RandomStream::new(seed, Channel::GyroTurnOnBias, run).standard_normal();
         Ok(Self {

@@ -13,7 +13,7 @@
 //! assert!(reading.flags.valid && !reading.flags.over_range);
 //! let believed_rad_s = f64::from(reading.counts.0) * gyro.params().lsb_rad_s;
 //! assert!((believed_rad_s - 0.08).abs() < 0.01);
-//! # Ok::<(), struna_gyro::GyroError>(())
+//! # Ok::<(), struna_kernel::ParameterError>(())
 //! ```
 //!
 //! What is modelled, in this order: bias (constant and turn-on), white rate noise, saturation,
@@ -27,4 +27,4 @@ mod gyro;
 mod params;
 
 pub use gyro::Gyro;
-pub use params::{Bound, GyroError, GyroParams};
+pub use params::GyroParams;

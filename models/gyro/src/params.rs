@@ -1,6 +1,6 @@
 //! Parameters of one gyro axis, and the one place that judges them.
 
-use std::fmt;
+use struna_kernel::{Bound, ParameterError};
 
 /// Error-model parameters of one gyro axis, SI units only.
 ///
@@ -30,107 +30,45 @@ pub struct GyroParams {
     pub temperature_deg_c: f64,
 }
 
-/// The limit that a refused value broke.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Bound {
-    /// Any number, but neither infinite nor NaN.
-    Finite,
-    /// Strictly above.
-    Above(f64),
-    /// At least.
-    AtLeast(f64),
-    /// At most.
-    AtMost(f64),
-}
-
-impl Bound {
-    fn holds(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Self::Finite => true,
-                Self::Above(limit) => value > limit,
-                Self::AtLeast(limit) => value >= limit,
-                Self::AtMost(limit) => value <= limit,
-            }
-    }
-}
-
-impl fmt::Display for Bound {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Finite => write!(f, "finite"),
-            Self::Above(limit) => write!(f, "finite and above {limit}"),
-            Self::AtLeast(limit) => write!(f, "finite and at least {limit}"),
-            Self::AtMost(limit) => write!(f, "finite and at most {limit}"),
-        }
-    }
-}
-
-/// Why a gyro is refused.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum GyroError {
-    /// A value that no gyro can have.
-    #[error("{name} = {value} is refused: it must be {bound}, because {reason}")]
-    Parameter {
-        /** Which value, with its unit. */
-        name: &'static str,
-        /** What it was. */
-        value: f64,
-        /** What it must be. */
-        bound: Bound,
-        /** Why. */
-        reason: &'static str,
-    },
-}
-
-fn check(
-    name: &'static str,
-    value: f64,
-    bound: Bound,
-    reason: &'static str,
-) -> Result<(), GyroError> {
-    if bound.holds(value) {
-        return Ok(());
-    }
-    Err(GyroError::Parameter { name, value, bound, reason })
-}
-
 impl GyroParams {
     /// Judges every value.
     ///
     /// # Errors
-    /// [`GyroError::Parameter`] with name, value, bound and reason for the first one refused.
-    pub fn validate(&self) -> Result<(), GyroError> {
+    /// [`ParameterError`] with name, value, bound and reason for the first one refused.
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let (positive, non_negative) = (Bound::Above(0.0), Bound::AtLeast(0.0));
         let samples = "samples follow each other in time";
-        check("sample_rate_hz", self.sample_rate_hz, positive, samples)?;
+        positive.check("sample_rate_hz", self.sample_rate_hz, samples)?;
         let walk = self.angle_random_walk_rad_sqrt_s;
         let deviation = "it is a standard deviation";
-        check("angle_random_walk_rad_sqrt_s", walk, non_negative, deviation)?;
+        non_negative.check("angle_random_walk_rad_sqrt_s", walk, deviation)?;
         let noise = "the noise of one sample overflows";
-        check("noise_sigma_rad_s", self.noise_sigma_rad_s(), Bound::Finite, noise)?;
-        check("bias_rad_s", self.bias_rad_s, Bound::Finite, "it is added to every rate")?;
+        Bound::Finite.check("noise_sigma_rad_s", self.noise_sigma_rad_s(), noise)?;
+        Bound::Finite.check("bias_rad_s", self.bias_rad_s, "it is added to every rate")?;
         let spread = self.turn_on_bias_sigma_rad_s;
-        check("turn_on_bias_sigma_rad_s", spread, non_negative, deviation)?;
+        non_negative.check("turn_on_bias_sigma_rad_s", spread, deviation)?;
         let temperature = self.temperature_deg_c;
-        check("temperature_deg_c", temperature, Bound::Finite, "it is reported with every sample")?;
+        Bound::Finite.check(
+            "temperature_deg_c",
+            temperature,
+            "it is reported with every sample",
+        )?;
         self.validate_output()
     }
 
-    fn validate_output(&self) -> Result<(), GyroError> {
+    fn validate_output(&self) -> Result<(), ParameterError> {
         let positive = Bound::Above(0.0);
-        check("lsb_rad_s", self.lsb_rad_s, positive, "counts stand for rates")?;
+        positive.check("lsb_rad_s", self.lsb_rad_s, "counts stand for rates")?;
         let codes = "the output needs at least the codes -1, 0 and 1";
-        check("counts_max", f64::from(self.counts_max), Bound::AtLeast(1.0), codes)?;
+        Bound::AtLeast(1.0).check("counts_max", f64::from(self.counts_max), codes)?;
         let range = "a gyro whose range is below half a count only ever reads zero";
         let half_count = Bound::AtLeast(0.5 * self.lsb_rad_s);
-        check("rate_max_rad_s", self.rate_max_rad_s, half_count, range)?;
+        half_count.check("rate_max_rad_s", self.rate_max_rad_s, range)?;
         // Compared in counts and after rounding, as the output is.
         let at_range = (self.rate_max_rad_s / self.lsb_rad_s).round();
         let fits = Bound::AtMost(f64::from(self.counts_max));
-        check("rate_max_rad_s / lsb_rad_s", at_range, fits, "the range exceeds the output code")
+        fits.check("rate_max_rad_s / lsb_rad_s", at_range, "the range exceeds the output code")?;
+        Ok(())
     }
 
     /// Standard deviation of the white noise of one sample, N·√f, rad/s.
@@ -156,9 +94,9 @@ mod tests {
         let mut params = vg910d();
         change(&mut params);
         match params.validate() {
-            Err(GyroError::Parameter { name, reason, .. }) => {
-                assert!(!reason.is_empty());
-                name.to_owned()
+            Err(refused) => {
+                assert!(!refused.reason.is_empty());
+                refused.name.to_owned()
             }
             Ok(()) => "accepted".to_owned(),
         }

@@ -1,5 +1,5 @@
-//! What every crate of Struna agrees on: time, seeded random streams, and the samples that cross
-//! crate borders.
+//! What every crate of Struna agrees on: time, seeded random streams, bounds of parameters, and the
+//! samples that cross crate borders.
 //!
 //! Signals keep their names along the chain: a body has [`BodyMotion`] (truth), a gyro emits
 //! [`GyroReading`] (counts), the harness decodes [`RateSample`], an estimator believes an
@@ -8,10 +8,12 @@
 //! **Architecture Invariant:** no wall clock, no input or output, and no other Struna crate is
 //! reachable from here.
 
+mod bound;
 mod random;
 mod samples;
 mod time;
 
+pub use bound::{Bound, ParameterError};
 pub use random::{Channel, RandomStream, Seed};
 pub use samples::{AngleEstimate, BodyMotion, Counts, GyroReading, RateSample, ReadingFlags};
 pub use time::{SampleGrid, SimTime, TimeError};

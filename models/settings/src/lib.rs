@@ -1,8 +1,8 @@
 //! Reads TOML while keeping the place of every value, so that each refusal can name file, line,
 //! key, value and remedy.
 //!
-//! serde would lose the place of a value as soon as a table is an enum, and a scenario with a typing
-//! error would pass in silence. Here the caller walks the tables: [`Table::only`] refuses unknown
+//! serde would lose the place of a value as soon as a table is an enum, and a scenario with a
+//! typing error would pass in silence. Here the caller walks the tables: [`Table::only`] refuses unknown
 //! keys and names the nearest known one, the getters of [`Value`] refuse wrong types and values out
 //! of range.
 //!

@@ -65,6 +65,7 @@ pub unsafe fn set_debug_logging(
     unsafe { calls::set_debug_logging(function, c, logging_on != 0, (categories, n_categories)) }
 }
 
+#[expect(clippy::too_many_arguments, reason = "the signature of the standard")]
 pub unsafe fn setup_experiment(
     function: &'static str,
     c: fmi2Component,
@@ -75,8 +76,7 @@ pub unsafe fn setup_experiment(
     stop_time: fmi2Real,
 ) -> fmi2Status {
     let stop_s = (stop_time_defined != 0).then_some(stop_time);
-    let call =
-        |i: &mut Instance| i.set_up_experiment(Experiment::new(start_time, stop_s)?);
+    let call = |i: &mut Instance| i.set_up_experiment(Experiment::new(start_time, stop_s)?);
     // SAFETY: promised by the caller.
     unsafe { enter(c, function, call) }
 }
@@ -233,8 +233,7 @@ pub unsafe fn do_step(
     communication_step_size: fmi2Real,
     _no_set_fmu_state_prior_to_current_point: fmi2Boolean,
 ) -> fmi2Status {
-    let call =
-        |i: &mut Instance| i.do_step(current_communication_point, communication_step_size);
+    let call = |i: &mut Instance| i.do_step(current_communication_point, communication_step_size);
     // SAFETY: promised by the caller.
     unsafe { enter(c, function, call) }
 }

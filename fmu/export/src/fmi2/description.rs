@@ -30,8 +30,7 @@ fn write_variable(document: &mut Document, variable: &Variable) {
         Kind::Int32 => "Integer",
         Kind::Boolean => "Boolean",
     };
-    document
-        .element("ScalarVariable", variable_attributes(variable), |d| d.leaf(name, attributes));
+    document.element("ScalarVariable", variable_attributes(variable), |d| d.leaf(name, attributes));
 }
 
 /// Variables are named by their place in the document, counted from 1. Outputs change only in

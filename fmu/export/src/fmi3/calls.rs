@@ -60,6 +60,7 @@ pub unsafe fn set_debug_logging(
     unsafe { calls::set_debug_logging(function, instance, logging_on, (categories, n_categories)) }
 }
 
+#[expect(clippy::too_many_arguments, reason = "the signature of the standard")]
 pub unsafe fn enter_initialization_mode(
     function: &'static str,
     instance: fmi3Instance,
@@ -237,6 +238,7 @@ pub unsafe fn deserialize_fmu_state(
     unsafe { calls::deserialize_state(function, instance, (bytes, size), state) }
 }
 
+#[expect(clippy::too_many_arguments, reason = "the signature of the standard")]
 pub unsafe fn do_step(
     function: &'static str,
     instance: fmi3Instance,
