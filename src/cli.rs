@@ -38,7 +38,12 @@ Ctrl-C ends the run early; what came until then is recorded and scored.")]
   struna truth scenarios/swing.toml --csv truth.csv")]
     Truth(Truth),
     /// Build or list the FMUs
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Examples:
+  struna fmu list
+  struna fmu build --out fmus"
+    )]
     Fmu(Fmu),
 }
 
@@ -87,6 +92,8 @@ pub enum Fmu {
   struna fmu build --out fmus && fmpy validate fmus/PermanentRotation_fmi3.fmu")]
     Build(FmuBuild),
     /// List the models and their variables
+    #[command(after_help = "Example:
+  struna fmu list")]
     List,
 }
 

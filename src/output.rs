@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 /// A file or folder that could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "cannot write {}: {source}; check that the folder exists and may be written",
+    "cannot write {}: {source}; check that its folder exists and may be written, and that nothing \
+     else has its place",
     path.display()
 )]
 pub struct OutputError {

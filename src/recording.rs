@@ -16,7 +16,10 @@ pub enum RecordingError {
         source: std::io::Error,
     },
     /// A column is not there.
-    #[error("{} has no column '{column}'; it has: {present}", path.display())]
+    #[error(
+        "{} has no column '{column}'; write one of these in [source]: {present}",
+        path.display()
+    )]
     NoColumn {
         /** The file. */
         path: PathBuf,
@@ -125,7 +128,7 @@ mod tests {
     #[test]
     fn a_missing_column_is_refused_with_those_present() {
         let missing = read_text("t,Rate (deg/s)\n0,1\n1,2\n").unwrap_err();
-        assert!(missing.to_string().contains("it has: t, Rate (deg/s)"), "{missing}");
+        assert!(missing.to_string().contains("in [source]: t, Rate (deg/s)"), "{missing}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::record::Record;
 use crate::recording;
 use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario, Source};
 use anyhow::{Context, Result};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use struna_body::TruthMotion;
 use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
@@ -95,23 +96,26 @@ pub fn devices(
     plans: &[EstimatorPlan],
     fmu_folder: &Path,
 ) -> Result<Vec<Box<dyn DeviceUnderTest>>> {
-    plans.iter().map(|plan| device(plan, fmu_folder)).collect()
+    // Given FMUs come first: a bad one is refused before any other is built and left behind.
+    let is_given = |(_, plan): &(usize, &EstimatorPlan)| matches!(plan.run_as, RunAs::FmuFile(_));
+    let (given, made): (Vec<_>, Vec<_>) = plans.iter().enumerate().partition(is_given);
+    let mut devices = BTreeMap::new();
+    for (place, plan) in given.into_iter().chain(made) {
+        let context = || format!("estimator '{}'", plan.name);
+        devices.insert(place, device(plan, fmu_folder).with_context(context)?);
+    }
+    Ok(devices.into_values().collect())
 }
 
 fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnderTest>> {
-    let context = || format!("estimator '{}'", plan.name);
     let file = match &plan.run_as {
-        RunAs::InProcess => {
-            let estimator = estimator(plan).with_context(context)?;
-            return Ok(Box::new(InProcess::new(&plan.name, estimator)));
-        }
-        RunAs::Fmi2 => built(plan.kind, FmiVersion::Fmi2, fmu_folder).with_context(context)?,
-        RunAs::Fmi3 => built(plan.kind, FmiVersion::Fmi3, fmu_folder).with_context(context)?,
+        RunAs::InProcess => return Ok(Box::new(InProcess::new(&plan.name, estimator(plan)?))),
+        RunAs::Fmi2 => built(plan.kind, FmiVersion::Fmi2, fmu_folder)?,
+        RunAs::Fmi3 => built(plan.kind, FmiVersion::Fmi3, fmu_folder)?,
         RunAs::FmuFile(file) => file.clone(),
     };
-    let importer = struna_fmi_import::open(&file).with_context(context)?;
-    let device = FmuDevice::new(importer.as_ref(), &plan.name, &parameters(plan));
-    Ok(Box::new(device.with_context(context)?))
+    let importer = struna_fmi_import::open(&file)?;
+    Ok(Box::new(FmuDevice::new(importer.as_ref(), &plan.name, &parameters(plan))?))
 }
 
 fn estimator(plan: &EstimatorPlan) -> Result<Box<dyn RateEstimator>> {

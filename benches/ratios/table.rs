@@ -30,9 +30,8 @@ impl Row {
 
 /// The rows as text, in columns.
 pub(crate) fn render(rows: &[Row]) -> String {
-    let lines: Vec<_> = std::iter::once(HEADINGS.map(str::to_owned))
-        .chain(rows.iter().map(Row::cells))
-        .collect();
+    let lines: Vec<_> =
+        std::iter::once(HEADINGS.map(str::to_owned)).chain(rows.iter().map(Row::cells)).collect();
     let mut widths = [0; HEADINGS.len()];
     for line in &lines {
         for (width, cell) in widths.iter_mut().zip(line) {
@@ -45,7 +44,9 @@ pub(crate) fn render(rows: &[Row]) -> String {
     };
     let mut text: Vec<_> = lines.iter().map(padded).collect();
     text.insert(1, widths.map(|width| "-".repeat(width)).join("  "));
-    text.push("\nratio: how many times better than the peer or limit; best bursts of one run".into());
+    text.push(
+        "\nratio: how many times better than the peer or limit; best bursts of one run".into(),
+    );
     text.join("\n")
 }
 

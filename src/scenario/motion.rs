@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use struna_body::{
-    Body, BodyParams, Integrator, StartState, Torsion, TorsionDamping, TorsionStiffness,
+    Body, BodyError, BodyParams, Integrator, StartState, Torsion, TorsionDamping, TorsionStiffness,
 };
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table, Value};
@@ -78,15 +78,22 @@ fn model(root: &Table<'_>) -> Result<Source> {
         "start",
         "integrator",
     ])?;
+    let inertia = body.required("inertia_kg_m2")?;
     let params = BodyParams {
         mass_kg: body.required("mass_kg")?.positive()?,
         com_depth_m: body.required("com_depth_m")?.positive()?,
-        inertia_kg_m2: triple(&body.required("inertia_kg_m2")?, Value::positive)?,
+        inertia_kg_m2: triple(&inertia, Value::positive)?,
         gravity_m_s2: or(&body, "gravity_m_s2", Value::positive, 9.81)?,
         torsion: torsion(&body.required("torsion")?.table()?)?,
     };
+    let refused = |error: BodyError| match error {
+        BodyError::Parameter(parameter) if parameter.name.starts_with("inertia") => {
+            inertia.because(error.to_string())
+        }
+        _ => body.because(error.to_string()),
+    };
     Ok(Source::Model(ModelSource {
-        body: Body::new(&params).map_err(|error| body.because(error.to_string()))?,
+        body: Body::new(&params).map_err(refused)?,
         start: start(&body)?,
         integrator: integrator(&body)?,
     }))

@@ -30,4 +30,5 @@ result = simulate_fmu(
     output=OUTPUTS,
 )
 assert len(result) == steps + 1, f"{len(result)} rows for {steps} steps"
-Path(outputs).write_bytes(np.stack([result[name] for name in OUTPUTS], axis=1).astype("<f8").tobytes())
+columns = np.stack([result[name] for name in OUTPUTS], axis=1)
+Path(outputs).write_bytes(columns.astype("<f8").tobytes())

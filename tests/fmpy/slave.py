@@ -60,7 +60,8 @@ class Slave:
             modelIdentifier=description.coSimulation.modelIdentifier,
             instanceName="slave",
         )
-        self.fmu.component = (self._instantiate2 if self.is_fmi2 else self._instantiate3)(logging_on)
+        instantiate = self._instantiate2 if self.is_fmi2 else self._instantiate3
+        self.fmu.component = instantiate(logging_on)
 
     # FMPy's own `instantiate` passes no environment.
 

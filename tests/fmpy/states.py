@@ -45,6 +45,8 @@ def check(description, folder, foreign):
 
     # Reset is a new start; saved states survive it.
     fmu.reset()
+    names = ("angle_start_rad", "measured_rate_rad_s", "measured_rate_valid", "time")
+    assert slave.get(*names) == [0.0, 0.0, True, 0.0], "reset kept a value"
     slave.begin(angle_start_rad=0.5, refinement_samples=5)
     assert run(slave, 0, 40) == before, "reset left something behind"
     fmu.setFMUState(saved)

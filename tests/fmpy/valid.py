@@ -36,6 +36,11 @@ if description.fmiVersion != "2.0":
 categories = [c.attrib["name"] for c in root.find("LogCategories")]
 assert categories == ["logStatusError", "logStatusFatal"], categories
 
+# Outputs change in steps only, and each starts from the parameter of its own name.
+starts = {u.variable.name: [d.name for d in u.dependencies] for u in description.initialUnknowns}
+assert starts["angle_rad"] == ["angle_start_rad"], starts
+assert all(u.dependencies == [] for u in description.outputs), "an output follows an input at once"
+
 capabilities = description.coSimulation
 assert capabilities.canHandleVariableCommunicationStepSize
 assert capabilities.canGetAndSetFMUstate and capabilities.canSerializeFMUstate

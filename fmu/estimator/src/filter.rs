@@ -1,6 +1,6 @@
 //! The two-state Kalman filter of the 2008 papers, with their formulas corrected.
 
-use crate::checks::{check_measurement, check_span};
+use crate::checks::{check_measurement, check_range, check_span};
 use crate::config::ConfigError;
 use crate::covariance::Gain;
 use crate::refinement::Accumulator;
@@ -29,9 +29,7 @@ pub struct Filter<M> {
 /// All that evolves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State {
-    angle_rad: f64,
-    rate_rad_s: f64,
-    covariance: Covariance,
+    belief: Belief,
     /// Seconds predicted since the last measurement.
     since_update_s: f64,
     /// Plain integral of the measured rate, which reading M6 compares the angle with.
@@ -73,9 +71,11 @@ impl<M: Motion> Filter<M> {
             process_noise_rad2_s3: config.process_noise_rad2_s3,
             refinement: config.refinement,
             state: State {
-                angle_rad: config.angle_start_rad,
-                rate_rad_s: config.rate_start_rad_s,
-                covariance: config.covariance_start(),
+                belief: Belief {
+                    angle_rad: config.angle_start_rad,
+                    rate_rad_s: config.rate_start_rad_s,
+                    covariance: config.covariance_start(),
+                },
                 since_update_s: 0.0,
                 integral_rad: config.angle_start_rad,
                 surprises: Accumulator::default(),
@@ -88,43 +88,48 @@ impl<M: Motion> Filter<M> {
     fn transition(&mut self, span_s: f64) -> Transition {
         // Bit equality: the cache must give exactly what a fresh computation would.
         if self.cached.0.to_bits() != span_s.to_bits() {
-            self.cached = (span_s, self.motion.transition(span_s));
+            self.cache_transition(span_s);
         }
         self.cached.1
     }
 
-    /// Takes `next` over, unless it has left the range of floating point.
-    #[inline]
-    fn commit(&mut self, next: State) -> Result<(), EstimatorError> {
-        let Covariance { angle_rad2, cross_rad2_s, rate_rad2_s2 } = next.covariance;
-        let sum = next.angle_rad + next.rate_rad_s + angle_rad2 + cross_rad2_s + rate_rad2_s2;
-        // One test for all five: a sum is finite only if each term is.
-        if !(sum + next.integral_rad).is_finite() {
-            return Err(EstimatorError::Overflow);
-        }
-        self.state = next;
-        Ok(())
+    /// Kept out of line, so that what happens in every step is short enough to be inlined.
+    #[cold]
+    fn cache_transition(&mut self, span_s: f64) {
+        self.cached = (span_s, self.motion.transition(span_s));
     }
 
-    /// Collects the surprise of this update and, every N samples, inserts the covariance that the
-    /// surprises show.
+    /// Collects the surprise of this update and, every N samples, puts the covariance that the
+    /// surprises show in place of `covariance`. Gives the collection to keep if the update goes
+    /// through; none when the refinement is off.
     #[inline]
-    fn refine(&self, state: &mut State, predicted_angle_rad: f64, residual_rad_s: f64, gain: Gain) {
+    fn refine(&self, covariance: &mut Covariance, surprise: Surprise) -> Option<Accumulator> {
         let Refinement { samples, reading } = self.refinement;
         if samples == 0 {
-            return;
+            return None;
         }
         let (q_angle_rad, q_rate_rad_s) = match reading {
-            Reading::M0 => (gain.angle_s * residual_rad_s, gain.rate * residual_rad_s),
-            Reading::M6 => (state.integral_rad - predicted_angle_rad, residual_rad_s),
+            Reading::M0 => surprise.correction,
+            Reading::M6 => surprise.innovation,
         };
-        if let Some(mean) = state.surprises.add(q_angle_rad, q_rate_rad_s, samples) {
-            state.covariance = match reading {
+        let mut collected = self.state.surprises;
+        if let Some(mean) = collected.add(q_angle_rad, q_rate_rad_s, samples) {
+            *covariance = match reading {
                 Reading::M0 => mean,
                 Reading::M6 => Covariance { cross_rad2_s: 0.0, ..mean },
             };
         }
+        Some(collected)
     }
+}
+
+/// One update's q in both readings, as (angle, rate).
+#[derive(Debug, Clone, Copy)]
+struct Surprise {
+    /// How far the update moved the belief.
+    correction: (f64, f64),
+    /// How far the integral of the rate and the rate lie from the prediction.
+    innovation: (f64, f64),
 }
 
 impl<M: Motion> RateEstimator for Filter<M> {
@@ -132,12 +137,16 @@ impl<M: Motion> RateEstimator for Filter<M> {
     fn predict(&mut self, span_s: f64) -> Result<(), EstimatorError> {
         check_span(span_s)?;
         let t = self.transition(span_s);
-        let mut s = self.state;
-        s.angle_rad = t.f11 * self.state.angle_rad + t.f12 * self.state.rate_rad_s;
-        s.rate_rad_s = t.f21 * self.state.angle_rad + t.f22 * self.state.rate_rad_s;
-        s.covariance = s.covariance.predicted(&t, self.process_noise_rad2_s3);
-        s.since_update_s += span_s;
-        self.commit(s)
+        let Belief { angle_rad, rate_rad_s, covariance } = self.state.belief;
+        let predicted = Belief {
+            angle_rad: t.f11 * angle_rad + t.f12 * rate_rad_s,
+            rate_rad_s: t.f21 * angle_rad + t.f22 * rate_rad_s,
+            covariance: covariance.predicted(&t, self.process_noise_rad2_s3),
+        };
+        check_range(&predicted, self.state.integral_rad)?;
+        self.state.belief = predicted;
+        self.state.since_update_s += span_s;
+        Ok(())
     }
 
     /// # Source
@@ -147,32 +156,39 @@ impl<M: Motion> RateEstimator for Filter<M> {
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         check_measurement(rate_rad_s)?;
         let r = self.measurement_variance_rad2_s2;
-        let mut s = self.state;
-        let variance_rad2_s2 = s.covariance.rate_rad2_s2 + r;
+        let predicted = self.state.belief;
+        let variance_rad2_s2 = predicted.covariance.rate_rad2_s2 + r;
         if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 < f64::INFINITY) {
             return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
         }
         let inverse = 1.0 / variance_rad2_s2;
         let gain = Gain {
-            angle_s: s.covariance.cross_rad2_s * inverse,
-            rate: s.covariance.rate_rad2_s2 * inverse,
+            angle_s: predicted.covariance.cross_rad2_s * inverse,
+            rate: predicted.covariance.rate_rad2_s2 * inverse,
         };
-        let predicted_angle_rad = s.angle_rad;
-        let residual_rad_s = rate_rad_s - s.rate_rad_s;
-        s.angle_rad += gain.angle_s * residual_rad_s;
-        s.rate_rad_s += gain.rate * residual_rad_s;
-        s.covariance = s.covariance.updated(gain, r);
-        s.integral_rad += rate_rad_s * s.since_update_s;
-        s.since_update_s = 0.0;
-        self.refine(&mut s, predicted_angle_rad, residual_rad_s, gain);
-        self.commit(s)?;
+        let residual_rad_s = rate_rad_s - predicted.rate_rad_s;
+        let correction = (gain.angle_s * residual_rad_s, gain.rate * residual_rad_s);
+        let integral_rad = self.state.integral_rad + rate_rad_s * self.state.since_update_s;
+        let mut updated = Belief {
+            angle_rad: predicted.angle_rad + correction.0,
+            rate_rad_s: predicted.rate_rad_s + correction.1,
+            covariance: predicted.covariance.updated(gain, r),
+        };
+        let innovation = (integral_rad - predicted.angle_rad, residual_rad_s);
+        let collected = self.refine(&mut updated.covariance, Surprise { correction, innovation });
+        check_range(&updated, integral_rad)?;
+        self.state.belief = updated;
+        self.state.integral_rad = integral_rad;
+        self.state.since_update_s = 0.0;
+        if let Some(surprises) = collected {
+            self.state.surprises = surprises;
+        }
         Ok(Innovation { residual_rad_s, variance_rad2_s2 })
     }
 
     #[inline]
     fn belief(&self) -> Belief {
-        let s = &self.state;
-        Belief { angle_rad: s.angle_rad, rate_rad_s: s.rate_rad_s, covariance: s.covariance }
+        self.state.belief
     }
 
     fn saved_len(&self) -> usize {
@@ -195,11 +211,12 @@ impl State {
     const SAVED_LEN: usize = 10 * 8 + 4;
 
     fn write(&self, out: &mut Writer<'_>) {
-        out.f64(self.angle_rad);
-        out.f64(self.rate_rad_s);
-        out.f64(self.covariance.angle_rad2);
-        out.f64(self.covariance.cross_rad2_s);
-        out.f64(self.covariance.rate_rad2_s2);
+        let Belief { angle_rad, rate_rad_s, covariance } = self.belief;
+        out.f64(angle_rad);
+        out.f64(rate_rad_s);
+        out.f64(covariance.angle_rad2);
+        out.f64(covariance.cross_rad2_s);
+        out.f64(covariance.rate_rad2_s2);
         out.f64(self.since_update_s);
         out.f64(self.integral_rad);
         out.f64(self.surprises.angle_rad2);
@@ -210,12 +227,14 @@ impl State {
 
     fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
         Ok(Self {
-            angle_rad: bytes.finite("angle_rad")?,
-            rate_rad_s: bytes.finite("rate_rad_s")?,
-            covariance: Covariance {
-                angle_rad2: bytes.finite("angle variance")?,
-                cross_rad2_s: bytes.finite("angle-rate covariance")?,
-                rate_rad2_s2: bytes.finite("rate variance")?,
+            belief: Belief {
+                angle_rad: bytes.finite("angle_rad")?,
+                rate_rad_s: bytes.finite("rate_rad_s")?,
+                covariance: Covariance {
+                    angle_rad2: bytes.finite("angle variance")?,
+                    cross_rad2_s: bytes.finite("angle-rate covariance")?,
+                    rate_rad2_s2: bytes.finite("rate variance")?,
+                },
             },
             since_update_s: bytes.finite("since_update_s")?,
             integral_rad: bytes.finite("integral_rad")?,

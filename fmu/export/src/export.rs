@@ -19,11 +19,12 @@
 /// #     pub struct Swing;
 /// #     static TABLE: [Variable; 2] = [
 /// #         Variable::TIME,
-/// #         Variable::new(1, Role::Input, "rate_rad_s", Domain::float64(Unit::RAD_S, 0.0), "Rate."),
+/// #         Variable::new(1, Role::Input, "angle_rad", Domain::float64(Unit::RAD, 0.0), ""),
 /// #     ];
 /// #     impl Model for Swing {
 /// #         const DESCRIPTION: ModelDescription = ModelDescription::new(
-/// #             "Swing", "1", "", DefaultExperiment { stop_time_s: 1.0, step_size_s: 0.1 }, &TABLE,
+/// #             "Swing", "1", "",
+/// #             DefaultExperiment { stop_time_s: 1.0, step_size_s: 0.1 }, &TABLE,
 /// #         );
 /// #         fn initialise(_: &Values, _: f64) -> Result<Self, ModelError> { Ok(Swing) }
 /// #         fn step(&mut self, _: &Values, _: f64, _: f64) -> Result<(), ModelError> { Ok(()) }

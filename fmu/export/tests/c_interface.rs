@@ -32,7 +32,7 @@ unsafe extern "C" fn log(lines: *mut c_void, status: u32, _: *const c_char, line
 }
 
 fn instantiate_with(token: &str, lines: &mut Lines) -> *mut c_void {
-    let token = CString::new(token).unwrap();
+    let token = CString::new(token).expect("no token holds a zero byte");
     let environment = (&raw mut *lines).cast();
     // SAFETY: the texts are terminated and the callback fits the environment.
     unsafe {

@@ -28,7 +28,8 @@
 //! same frames and the same [`Counters`], and every byte is accounted for.
 //!
 //! **Architecture Invariant:** of Struna only the TOML reader `struna_settings` is reachable from
-//! here: no port, no clock, and no frame file is embedded. Units change in [`FieldSpec`] and nowhere else.
+//! here: no port, no clock, and no frame file is embedded. Units change in [`FieldSpec`] and
+//! nowhere else.
 
 mod crc16;
 mod decoder;

@@ -2,9 +2,9 @@
 //! key, value and remedy.
 //!
 //! serde would lose the place of a value as soon as a table is an enum, and a scenario with a
-//! typing error would pass in silence. Here the caller walks the tables: [`Table::only`] refuses unknown
-//! keys and names the nearest known one, the getters of [`Value`] refuse wrong types and values out
-//! of range.
+//! typing error would pass in silence. Here the caller walks the tables: [`Table::only`] refuses
+//! unknown keys and names the nearest known one, the getters of [`Value`] refuse wrong types and
+//! values out of range.
 //!
 //! ```
 //! let text = "[run]\nduration_s = -5.0\n";

@@ -38,7 +38,12 @@ macro_rules! __export_fmi3 {
             };
             let models = &$models;
             let asked = calls::Instantiate {
-                models, instance_name, instantiation_token, logging_on, environment, log_message,
+                models,
+                instance_name,
+                instantiation_token,
+                logging_on,
+                environment,
+                log_message,
                 unsupported,
             };
             // SAFETY: the caller's promises are those asked for.
@@ -60,8 +65,13 @@ macro_rules! __export_fmi3 {
             log_message: fmi3LogMessageCallback,
         ) -> fmi3Instance {
             let asked = calls::Instantiate {
-                models: &$models, instance_name, instantiation_token, logging_on, environment,
-                log_message, unsupported: Some("model exchange"),
+                models: &$models,
+                instance_name,
+                instantiation_token,
+                logging_on,
+                environment,
+                log_message,
+                unsupported: Some("model exchange"),
             };
             // SAFETY: the caller's promises are those asked for.
             unsafe { calls::instantiate("fmi3InstantiateModelExchange", &asked) }
@@ -85,8 +95,13 @@ macro_rules! __export_fmi3 {
             _unlock_preemption: fmi3UnlockPreemptionCallback,
         ) -> fmi3Instance {
             let asked = calls::Instantiate {
-                models: &$models, instance_name, instantiation_token, logging_on, environment,
-                log_message, unsupported: Some("scheduled execution"),
+                models: &$models,
+                instance_name,
+                instantiation_token,
+                logging_on,
+                environment,
+                log_message,
+                unsupported: Some("scheduled execution"),
             };
             // SAFETY: the caller's promises are those asked for.
             unsafe { calls::instantiate("fmi3InstantiateScheduledExecution", &asked) }
@@ -110,24 +125,24 @@ macro_rules! __export_fmi3 {
                 n_values: usize,
             ) -> fmi3Status = calls::get_float64;
             fmi3SetFloat64(
-                i: fmi3Instance, vr: *const fmi3ValueReference, n: usize, values: *const fmi3Float64,
-                n_values: usize,
+                i: fmi3Instance, vr: *const fmi3ValueReference, n: usize,
+                values: *const fmi3Float64, n_values: usize,
             ) -> fmi3Status = calls::set_float64;
             fmi3GetInt32(
                 i: fmi3Instance, vr: *const fmi3ValueReference, n: usize, values: *mut fmi3Int32,
                 n_values: usize,
             ) -> fmi3Status = calls::get_int32;
             fmi3SetInt32(
-                i: fmi3Instance, vr: *const fmi3ValueReference, n: usize, values: *const fmi3Int32,
-                n_values: usize,
+                i: fmi3Instance, vr: *const fmi3ValueReference, n: usize,
+                values: *const fmi3Int32, n_values: usize,
             ) -> fmi3Status = calls::set_int32;
             fmi3GetBoolean(
                 i: fmi3Instance, vr: *const fmi3ValueReference, n: usize, values: *mut fmi3Boolean,
                 n_values: usize,
             ) -> fmi3Status = calls::get_boolean;
             fmi3SetBoolean(
-                i: fmi3Instance, vr: *const fmi3ValueReference, n: usize, values: *const fmi3Boolean,
-                n_values: usize,
+                i: fmi3Instance, vr: *const fmi3ValueReference, n: usize,
+                values: *const fmi3Boolean, n_values: usize,
             ) -> fmi3Status = calls::set_boolean;
             fmi3GetFMUState(i: fmi3Instance, state: *mut fmi3FMUState) -> fmi3Status =
                 calls::get_fmu_state;
