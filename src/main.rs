@@ -8,6 +8,7 @@ use struna::commands::{self, Outcome};
 /// Exit code of a run that Ctrl-C ended: 128 + SIGINT, as shells have it.
 const INTERRUPTED: u8 = 130;
 
+#[expect(clippy::print_stderr, reason = "where errors of a command belong")]
 fn main() -> ExitCode {
     match commands::execute(Cli::parse()) {
         Ok(Outcome::Complete) => ExitCode::SUCCESS,

@@ -77,7 +77,7 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
 pub fn motion_source(source: &Source) -> Result<(Box<dyn MotionSource>, bool)> {
     Ok(match source {
         Source::Model(model) => {
-            let truth = TruthMotion::new(model.body.clone(), &model.start, model.integrator)?;
+            let truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
             (Box::new(BodySource(truth)), true)
         }
         Source::Recording(plan) => {

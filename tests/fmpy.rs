@@ -120,13 +120,12 @@ fn default_config() -> FilterConfig {
 
 /// What the filter believes in process, after initialisation and after every step.
 fn in_process(model: &ModelType, config: FilterConfig, period_s: f64) -> Vec<u8> {
-    match model.description().name() {
-        "PermanentRotation" => record(Filter::<PermanentRotation>::permanent_rotation(config)),
-        "TorsionalOscillation" => {
-            record(Filter::<TorsionalOscillation>::torsional_oscillation(config, period_s))
-        }
-        other => panic!("{other} has no counterpart in process"),
+    let name = model.description().name();
+    if name == "PermanentRotation" {
+        return record(Filter::<PermanentRotation>::permanent_rotation(config));
     }
+    assert_eq!(name, "TorsionalOscillation", "a model without counterpart in process");
+    record(Filter::<TorsionalOscillation>::torsional_oscillation(config, period_s))
 }
 
 fn record<E: std::fmt::Debug>(filter: Result<impl RateEstimator, E>) -> Vec<u8> {
@@ -154,9 +153,8 @@ fn assert_same_bits(fmu: &Built, of_fmu: &str, expected: &[u8]) {
     let got = fs::read(of_fmu).expect("the script has written its outputs");
     assert_eq!(got.len(), expected.len(), "{}: bytes of record", fmu.path);
     let differs = got.chunks(8).zip(expected.chunks(8)).position(|(a, b)| a != b);
-    if let Some(place) = differs {
-        panic!("{}: row {}, column {} differs", fmu.path, place / 6, place % 6);
-    }
+    let place = differs.map(|place| format!("row {}, column {}", place / 6, place % 6));
+    assert_eq!(place, None, "{} differs", fmu.path);
 }
 
 #[test]
@@ -227,7 +225,7 @@ fn fmpys_own_simulation_gives_the_same_bits() {
 fn saved_serialized_and_reset_states_continue_bit_for_bit() {
     let fmus: Vec<_> = every_fmu().collect();
     for pair in fmus.chunks(2) {
-        let [(_, _, one), (_, _, other)] = pair else { panic!("two models in each version") };
+        let [(_, _, one), (_, _, other)] = pair else { panic!("each version has two models") };
         run("states.py", &[&one.path, &other.path]);
         run("states.py", &[&other.path, &one.path]);
     }

@@ -1,13 +1,21 @@
 # Sourced before cargo. Makes sure that bindgen finds libclang: the system's, or Debian's package
 # when we are root, or the wheel from PyPI in .venv otherwise. Does nothing when all is there.
 
+any_exists() {
+    for path in "$@"; do
+        [ -e "$path" ] && return 0
+    done
+    return 1
+}
+
 libclang_is_usable() {
     [ -n "${LIBCLANG_PATH:-}" ] && return 0
-    # The library alone is not enough: bindgen also needs clang's own headers.
-    ls /usr/lib/llvm-*/lib/libclang*.so* /usr/lib/*/libclang-*.so* /usr/lib64/libclang*.so* \
-        >/dev/null 2>&1 || return 1
-    ls /usr/lib/llvm-*/lib/clang/*/include/stddef.h /usr/lib/clang/*/include/stddef.h \
-        /usr/lib64/clang/*/include/stddef.h >/dev/null 2>&1
+    # libclang-cpp is another library. And libclang alone is not enough: bindgen also needs clang's
+    # own headers.
+    any_exists /usr/lib/llvm-*/lib/libclang.so* /usr/lib/llvm-*/lib/libclang-[0-9]*.so* \
+        /usr/lib/*/libclang-[0-9]*.so* /usr/lib/*/libclang.so* /usr/lib64/libclang.so* &&
+        any_exists /usr/lib/llvm-*/lib/clang/*/include/stddef.h \
+            /usr/lib/clang/*/include/stddef.h /usr/lib64/clang/*/include/stddef.h
 }
 
 install_libclang_with_apt() {

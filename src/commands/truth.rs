@@ -47,7 +47,7 @@ pub(super) fn execute(scenario: &Scenario, csv: &Path) -> Result<Outcome> {
 }
 
 fn of_model(model: &ModelSource, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
-    let mut truth = TruthMotion::new(model.body.clone(), &model.start, model.integrator)?;
+    let mut truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
     let mut record = Record::with_columns(MODEL_COLUMNS.map(str::to_owned));
     for time in instants {
         record.push(&model_row(&truth.motion_at(time)?));

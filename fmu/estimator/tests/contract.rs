@@ -196,3 +196,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_covariance_is_replaced_at_every_nth_update() {
+    let n = 7;
+    let refinement = Refinement { samples: n, reading: Reading::M6 };
+    let mut filter = Filter::torsional_oscillation(config(refinement), 480.0).unwrap();
+    for k in 1..=3 * n {
+        run(&mut filter, k - 1, k);
+        // M6 inserts a diagonal covariance; any other update leaves angle and rate correlated.
+        let inserted = filter.belief().covariance.cross_rad2_s == 0.0;
+        assert_eq!(inserted, k.is_multiple_of(n), "update {k}");
+    }
+}

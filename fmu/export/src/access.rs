@@ -2,7 +2,7 @@
 
 use crate::c_array::{CInput, COutput};
 use crate::instance::{Instance, Phase};
-use crate::status::Refusal;
+use crate::status::{Reason, Refusal};
 use crate::variable::{Domain, Kind, Role, ValueReference, Variable};
 
 /// A variable type as one of the two C interfaces spells it.
@@ -81,12 +81,12 @@ impl Instance {
         mut values: COutput<E::C>,
     ) -> Result<(), Refusal> {
         check_counts(references.len(), values.len())?;
-        let mut outputs_wanted = false;
+        let may_be_stale = self.phase() < Phase::Step;
         for reference in references.iter() {
-            outputs_wanted |= self.variable::<E>(reference)?.role == Role::Output;
-        }
-        if outputs_wanted && self.phase() < Phase::Step {
-            self.write_trial_outputs()?;
+            let variable = self.variable::<E>(reference)?;
+            if may_be_stale && variable.role == Role::Output {
+                self.write_trial_outputs()?;
+            }
         }
         let current = self.values();
         values.fill(references.iter().map(|reference| E::from_bits(current.bits(reference))));
@@ -118,11 +118,11 @@ impl Instance {
         reference: ValueReference,
     ) -> Result<&'static Variable, Refusal> {
         let Some(variable) = self.model_type().description.variables.get(reference as usize) else {
-            return Err(Refusal::UnknownVariable { reference });
+            return Err(Reason::UnknownVariable { reference }.into());
         };
         let is = variable.domain.kind();
         if is != E::KIND {
-            return Err(Refusal::WrongType { variable: variable.name, is, asked: E::KIND });
+            return Err(Reason::WrongType { variable: variable.name, is, asked: E::KIND }.into());
         }
         Ok(variable)
     }
@@ -130,7 +130,11 @@ impl Instance {
 
 #[inline]
 fn check_counts(references: usize, values: usize) -> Result<(), Refusal> {
-    if references == values { Ok(()) } else { Err(Refusal::CountMismatch { references, values }) }
+    if references == values {
+        Ok(())
+    } else {
+        Err(Reason::CountMismatch { references, values }.into())
+    }
 }
 
 impl Variable {
@@ -152,7 +156,7 @@ impl Variable {
     fn check_finite(&self, bits: u64) -> Result<(), Refusal> {
         if self.domain.kind() == Kind::Float64 && !f64::from_bits(bits).is_finite() {
             let value = f64::from_bits(bits);
-            return Err(Refusal::NotFinite { variable: self.name, value });
+            return Err(Reason::NotFinite { variable: self.name, value }.into());
         }
         Ok(())
     }
@@ -177,7 +181,7 @@ impl Variable {
             Domain::Int32 { min, max, .. } => format!("{min} to {max}"),
             Domain::Boolean { .. } => "true or false".into(),
         };
-        Refusal::OutOfBounds { variable: self.name, value: self.show(bits), bounds }
+        Reason::OutOfBounds { variable: self.name, value: self.show(bits), bounds }.into()
     }
 
     #[cold]
@@ -185,11 +189,11 @@ impl Variable {
         let (variable, value) = (self.name, self.show(bits));
         match self.role {
             Role::Independent | Role::Output => {
-                Refusal::NotSettable { variable, value, causality: self.causality() }
+                Reason::NotSettable { variable, value, causality: self.causality() }.into()
             }
             Role::Parameter | Role::TunableParameter | Role::Input => {
                 let variability = self.variability();
-                Refusal::NoLongerSettable { variable, value, variability, phase }
+                Reason::NoLongerSettable { variable, value, variability, phase }.into()
             }
         }
     }

@@ -9,7 +9,7 @@
 use crate::instance::{Instance, Phase};
 use crate::log::LogCategory;
 use crate::slots::{self, Handle};
-use crate::status::{ERROR, FATAL, OK, Refusal, Status};
+use crate::status::{ERROR, FATAL, OK, Reason, Refusal, Status};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -57,7 +57,7 @@ pub(crate) unsafe fn leave(handle: Handle) {
 #[must_use]
 pub unsafe fn refuse(handle: Handle, function: &'static str, reason: &'static str) -> Status {
     // SAFETY: promised by the caller.
-    unsafe { enter(handle, function, |_| Err(Refusal::Unsupported { reason })) }
+    unsafe { enter(handle, function, |_| Err(Reason::Unsupported { reason }.into())) }
 }
 
 /// Stops a panic outside any instance, which has only a null handle to answer with.

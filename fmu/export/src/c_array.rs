@@ -3,7 +3,7 @@
 //! They are not made into slices: C may leave output arrays uninitialised or let arrays overlap,
 //! and a Rust slice promises otherwise.
 
-use crate::status::Refusal;
+use crate::status::{Reason, Refusal};
 
 /// An array to read from.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ impl<T: Copy> CInput<T> {
         argument: &'static str,
     ) -> Result<Self, Refusal> {
         if first.is_null() && len > 0 {
-            return Err(Refusal::NullPointer { argument });
+            return Err(Reason::NullPointer { argument }.into());
         }
         Ok(Self { first, len })
     }
@@ -56,7 +56,7 @@ impl<T: Copy> COutput<T> {
         argument: &'static str,
     ) -> Result<Self, Refusal> {
         if first.is_null() && len > 0 {
-            return Err(Refusal::NullPointer { argument });
+            return Err(Reason::NullPointer { argument }.into());
         }
         Ok(Self { first, len })
     }

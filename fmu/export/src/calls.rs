@@ -7,7 +7,7 @@ use crate::instance::Instance;
 use crate::log::{Log, LogCallback, LogCategory};
 use crate::model::ModelType;
 use crate::slots::{CAPACITY, Handle, admit};
-use crate::status::{Refusal, Status};
+use crate::status::{Reason, Refusal, Status};
 use crate::variable::ValueReference;
 use std::ffi::{CStr, CString, c_char};
 
@@ -38,7 +38,7 @@ pub(crate) unsafe fn instantiate(models: &'static [ModelType], request: &Request
         };
         match picked {
             Ok(model_type) => admit(Box::new(Instance::new(model_type, log)))
-                .map_err(|i| refuse(i.log(), &Refusal::NoVacancy { capacity: CAPACITY }))
+                .map_err(|i| refuse(i.log(), &Reason::NoVacancy { capacity: CAPACITY }.into()))
                 .ok(),
             Err(refusal) => {
                 refuse(&log, &refusal);
@@ -55,17 +55,17 @@ fn pick(
     unsupported: Option<&'static str>,
 ) -> Result<&'static ModelType, Refusal> {
     if let Some(asked) = unsupported {
-        return Err(Refusal::UnsupportedRequest { asked });
+        return Err(Reason::UnsupportedRequest { asked }.into());
     }
     if name.unwrap_or_default().to_bytes().trim_ascii().is_empty() {
-        return Err(Refusal::NoInstanceName);
+        return Err(Reason::NoInstanceName.into());
     }
-    let token = token.ok_or(Refusal::NullPointer { argument: "instantiation token" })?;
+    let token = token.ok_or(Reason::NullPointer { argument: "instantiation token" })?;
     models.iter().find(|m| m.token == token.to_bytes()).ok_or_else(|| {
         let describe =
             |m: &ModelType| format!("{} {}", m.description.name, m.instantiation_token());
         let known = models.iter().map(describe).collect::<Vec<_>>().join(", ");
-        Refusal::UnknownToken { given: token.to_string_lossy().into_owned(), known }
+        Reason::UnknownToken { given: token.to_string_lossy().into_owned(), known }.into()
     })
 }
 
@@ -134,7 +134,7 @@ pub(crate) unsafe fn set_debug_logging(
     unsafe {
         enter(handle, function, |instance| {
             let names = CInput::new(names.0, names.1, "the category array")?;
-            let read = |name| text(name).ok_or(Refusal::NullPointer { argument: "a category" });
+            let read = |name| text(name).ok_or(Reason::NullPointer { argument: "a category" });
             let names = names.iter().map(read).collect::<Result<Vec<_>, _>>()?;
             let names = names.iter().map(|n| n.to_string_lossy().into_owned());
             instance.set_debug_logging(on, &names.collect::<Vec<_>>())
@@ -153,7 +153,7 @@ unsafe fn with_state(
     unsafe {
         enter(handle, function, |instance| {
             if target.is_null() {
-                return Err(Refusal::NullPointer { argument: "the FMU state pointer" });
+                return Err(Reason::NullPointer { argument: "the FMU state pointer" }.into());
             }
             target.write_unaligned(call(instance, target.read_unaligned())?);
             Ok(())
@@ -239,7 +239,7 @@ pub(crate) unsafe fn serialize_state(
             let serialized = instance.serialize_state(state)?;
             if buffer.len() < serialized.len() {
                 let (given, needed) = (buffer.len(), serialized.len());
-                return Err(Refusal::BufferTooSmall { given, needed });
+                return Err(Reason::BufferTooSmall { given, needed }.into());
             }
             buffer.fill(serialized.into_iter());
             Ok(())
@@ -260,7 +260,7 @@ pub(crate) unsafe fn deserialize_state(
 ) -> Status {
     let read = |instance: &mut Instance, state| {
         if bytes.0.is_null() {
-            return Err(Refusal::NullPointer { argument: "the serialized state" });
+            return Err(Reason::NullPointer { argument: "the serialized state" }.into());
         }
         // No object is longer than this; a longer claim would break the promise of a slice.
         let len = bytes.1.min(isize::MAX.cast_unsigned());

@@ -4,7 +4,7 @@ use crate::log::{Log, LogCategory};
 use crate::model::{ModelType, Running};
 use crate::slots::Handle;
 use crate::state::{Snapshots, State, deserialize, serialize, serialized_len};
-use crate::status::Refusal;
+use crate::status::{Reason, Refusal};
 use crate::values::Values;
 use crate::variable::{ValueReference, Variable};
 
@@ -49,7 +49,7 @@ pub(crate) struct Experiment {
 
 impl Experiment {
     pub(crate) fn new(start_s: f64, stop_s: Option<f64>) -> Result<Self, Refusal> {
-        let bad = |quantity, value, bound| Err(Refusal::BadNumber { quantity, value, bound });
+        let bad = |quantity, value, bound| Err(Reason::BadNumber { quantity, value, bound }.into());
         if !start_s.is_finite() {
             return bad("start time", start_s, "finite");
         }
@@ -112,7 +112,7 @@ impl Instance {
         let named = |name: &String| {
             let found =
                 LogCategory::ALL.into_iter().find(|c| c.name().to_bytes() == name.as_bytes());
-            found.ok_or_else(|| Refusal::UnknownLogCategory { name: name.clone() })
+            found.ok_or_else(|| Reason::UnknownLogCategory { name: name.clone() })
         };
         let categories = names.iter().map(named).collect::<Result<Vec<_>, _>>()?;
         self.log.want_only(match (on, categories.as_slice()) {
@@ -128,7 +128,7 @@ impl Instance {
         if self.state.phase == phase {
             return Ok(());
         }
-        Err(Refusal::WrongPhase { phase: self.state.phase, rule })
+        Err(Reason::WrongPhase { phase: self.state.phase, rule }.into())
     }
 
     pub(crate) fn set_up_experiment(&mut self, experiment: Experiment) -> Result<(), Refusal> {
@@ -142,7 +142,7 @@ impl Instance {
         self.require(Phase::Instantiated, "initialization follows instantiation or a reset")?;
         if self.state.experiment.is_none() {
             let rule = "the experiment must be set up first, or no start time is known";
-            return Err(Refusal::WrongPhase { phase: self.state.phase, rule });
+            return Err(Reason::WrongPhase { phase: self.state.phase, rule }.into());
         }
         self.state.phase = Phase::Initialization;
         Ok(())
@@ -185,7 +185,6 @@ impl Instance {
         let stop_s = experiment.map_or(f64::INFINITY, |e| e.stop_s);
         let end_s = check_step(values.float64(TIME), stop_s, time_s, step_s)?;
         running.step(values, time_s, step_s)?;
-        running.write_outputs(values);
         values.set_float64(TIME, end_s);
         Ok(())
     }
@@ -250,16 +249,16 @@ fn communication_point_tolerance_s(time_s: f64) -> f64 {
 fn check_step(expected: f64, stop: f64, given: f64, step_s: f64) -> Result<f64, Refusal> {
     if !(step_s > 0.0 && step_s < f64::INFINITY) {
         let (quantity, bound) = ("communication step size", "positive and finite");
-        return Err(Refusal::BadNumber { quantity, value: step_s, bound });
+        return Err(Reason::BadNumber { quantity, value: step_s, bound }.into());
     }
     let tolerance_s = communication_point_tolerance_s(expected);
     let near = (given - expected).abs() <= tolerance_s; // false for NaN
     if !near {
-        return Err(Refusal::WrongCommunicationPoint { given, expected });
+        return Err(Reason::WrongCommunicationPoint { given, expected }.into());
     }
     let end_s = given + step_s;
     if end_s > stop + tolerance_s || end_s == f64::INFINITY {
-        return Err(Refusal::PastStopTime { from: given, to: end_s, stop });
+        return Err(Reason::PastStopTime { from: given, to: end_s, stop }.into());
     }
     Ok(end_s)
 }

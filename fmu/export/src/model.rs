@@ -71,14 +71,17 @@ pub enum ModelError {
 
 /// A model past initialisation, its type forgotten.
 pub(crate) trait Running: Debug + Send {
-    fn step(&mut self, values: &Values, time_s: f64, step_s: f64) -> Result<(), ModelError>;
+    /// Steps, and writes the outputs if the step was not refused.
+    fn step(&mut self, values: &mut Values, time_s: f64, step_s: f64) -> Result<(), ModelError>;
     fn write_outputs(&self, values: &mut Values);
     fn save(&self, saved: &mut Vec<u8>);
 }
 
 impl<M: Model> Running for M {
-    fn step(&mut self, values: &Values, time_s: f64, step_s: f64) -> Result<(), ModelError> {
-        Model::step(self, values, time_s, step_s)
+    fn step(&mut self, values: &mut Values, time_s: f64, step_s: f64) -> Result<(), ModelError> {
+        Model::step(self, values, time_s, step_s)?;
+        Model::write_outputs(self, values);
+        Ok(())
     }
 
     fn write_outputs(&self, values: &mut Values) {

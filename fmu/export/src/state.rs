@@ -7,7 +7,7 @@ use crate::instance::{Experiment, Phase};
 use crate::model::{ModelType, Running};
 use crate::sha256::{Digest, Sha256};
 use crate::slots::Handle;
-use crate::status::{BadState, Refusal};
+use crate::status::{BadState, Reason, Refusal};
 use crate::values::Values;
 use std::collections::BTreeMap;
 use std::ptr::without_provenance_mut;
@@ -91,12 +91,12 @@ impl Snapshots {
             self.0.insert(ticket, body);
             return Ok(without_provenance_mut(ticket));
         }
-        *self.0.get_mut(&at.addr()).ok_or(Refusal::UnknownState)? = body;
+        *self.0.get_mut(&at.addr()).ok_or(Reason::UnknownState)? = body;
         Ok(at)
     }
 
     pub(crate) fn body(&self, at: Handle) -> Result<&[u8], Refusal> {
-        Ok(self.0.get(&at.addr()).ok_or(Refusal::UnknownState)?)
+        Ok(self.0.get(&at.addr()).ok_or(Reason::UnknownState)?)
     }
 
     /// Forgets a state; null is fine.
@@ -104,7 +104,7 @@ impl Snapshots {
         if at.is_null() || self.0.remove(&at.addr()).is_some() {
             return Ok(());
         }
-        Err(Refusal::UnknownState)
+        Err(Reason::UnknownState.into())
     }
 }
 

@@ -14,9 +14,23 @@ pub(crate) const ERROR: Status = 3;
 /// The instance is lost; others are not affected.
 pub(crate) const FATAL: Status = 4;
 
-/// Why a call from C is refused. The instance is left as it was before the call.
+/// A call from C is refused. The instance is left as it was before the call.
+///
+/// Boxed, so that a result fits a register: reasons are large and rare, and a step is short.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub(crate) struct Refusal(Box<Reason>);
+
+impl<R: Into<Reason>> From<R> for Refusal {
+    #[cold]
+    fn from(reason: R) -> Self {
+        Self(Box::new(reason.into()))
+    }
+}
+
+/// Why a call is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(crate) enum Refusal {
+pub(crate) enum Reason {
     #[error("not allowed {phase}: {rule}")]
     WrongPhase { phase: Phase, rule: &'static str },
     #[error("{argument} is a null pointer")]

@@ -48,8 +48,11 @@ pub enum ImportError {
         /** The closest name of that kind, if any is close. */
         nearest: Option<String>,
     },
-    /// The shared library could not be loaded.
-    #[error("cannot load the shared library of FMU {model}: {reason}")]
+    /// The shared library could not be loaded, or lacks a function.
+    #[error(
+        "cannot load the shared library of FMU {model}: {reason}; export the FMU again, for \
+         co-simulation on this platform"
+    )]
     Load {
         /** Model name. */
         model: String,

@@ -41,6 +41,28 @@ impl Fmi2 {
         };
         Ok(Self { import, description })
     }
+
+    /// Why the shared library cannot be used. Every function that an instance calls is looked up
+    /// here, because the `fmi` crate panics when it calls one that is not there.
+    fn check_library(&self) -> Result<(), String> {
+        let co_simulation = self.import.model_description().co_simulation.as_ref();
+        let name = co_simulation.map_or("", |interface| &interface.model_identifier);
+        let library = self.import.binding(name).map_err(|error| error.to_string())?;
+        let lacks = [
+            library.fmi2Instantiate.as_ref().err(),
+            library.fmi2SetupExperiment.as_ref().err(),
+            library.fmi2EnterInitializationMode.as_ref().err(),
+            library.fmi2ExitInitializationMode.as_ref().err(),
+            library.fmi2SetReal.as_ref().err(),
+            library.fmi2SetInteger.as_ref().err(),
+            library.fmi2SetBoolean.as_ref().err(),
+            library.fmi2GetReal.as_ref().err(),
+            library.fmi2DoStep.as_ref().err(),
+            library.fmi2Terminate.as_ref().err(),
+            library.fmi2FreeInstance.as_ref().err(),
+        ];
+        lacks.into_iter().flatten().next().map_or(Ok(()), |error| Err(error.to_string()))
+    }
 }
 
 impl std::fmt::Debug for Fmi2 {
@@ -57,6 +79,7 @@ impl Importer for Fmi2 {
     fn instantiate(&self, name: &str) -> Result<Box<dyn Instance>, ImportError> {
         messages::take();
         let model = || self.description.model_name.clone();
+        self.check_library().map_err(|reason| ImportError::Load { model: model(), reason })?;
         match InstanceCS::new(&self.import, name, false, true) {
             Ok(instance) => Ok(Box::new(Slave { instance, name: name.to_owned() })),
             Err(fmi::Error::Instantiation) => {

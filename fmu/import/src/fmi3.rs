@@ -40,6 +40,27 @@ impl Fmi3 {
         };
         Ok(Self { import, description })
     }
+
+    /// Why the shared library cannot be used. Every function that an instance calls is looked up
+    /// here, because the `fmi` crate panics when it calls one that is not there.
+    fn check_library(&self) -> Result<(), String> {
+        let co_simulation = self.import.model_description().co_simulation.as_ref();
+        let name = co_simulation.map_or("", |interface| &interface.model_identifier);
+        let library = self.import.binding(name).map_err(|error| error.to_string())?;
+        let lacks = [
+            library.fmi3InstantiateCoSimulation.as_ref().err(),
+            library.fmi3EnterInitializationMode.as_ref().err(),
+            library.fmi3ExitInitializationMode.as_ref().err(),
+            library.fmi3SetFloat64.as_ref().err(),
+            library.fmi3SetInt32.as_ref().err(),
+            library.fmi3SetBoolean.as_ref().err(),
+            library.fmi3GetFloat64.as_ref().err(),
+            library.fmi3DoStep.as_ref().err(),
+            library.fmi3Terminate.as_ref().err(),
+            library.fmi3FreeInstance.as_ref().err(),
+        ];
+        lacks.into_iter().flatten().next().map_or(Ok(()), |error| Err(error.to_string()))
+    }
 }
 
 impl std::fmt::Debug for Fmi3 {
@@ -56,6 +77,7 @@ impl Importer for Fmi3 {
     fn instantiate(&self, name: &str) -> Result<Box<dyn Instance>, ImportError> {
         messages::take();
         let model = || self.description.model_name.clone();
+        self.check_library().map_err(|reason| ImportError::Load { model: model(), reason })?;
         match self.import.instantiate_cs(name, false, true, false, false, &[]) {
             Ok(instance) => Ok(Box::new(Slave { instance, name: name.to_owned() })),
             Err(fmi::Error::Instantiation) => {

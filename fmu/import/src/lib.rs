@@ -29,8 +29,8 @@ pub trait Importer: std::fmt::Debug {
     /// Makes a co-simulation instance called `name`, still to be initialised.
     ///
     /// # Errors
-    /// [`ImportError::Load`] when the shared library cannot be loaded, [`ImportError::Refused`]
-    /// when the FMU refuses to be instantiated.
+    /// [`ImportError::Load`] when the shared library cannot be loaded or lacks a function,
+    /// [`ImportError::Refused`] when the FMU refuses to be instantiated.
     fn instantiate(&self, name: &str) -> Result<Box<dyn Instance>, ImportError>;
 }
 

@@ -193,15 +193,15 @@ impl<M: ExportedMotion> Model for FilterModel<M> {
 
     #[inline]
     fn step(&mut self, values: &Values, _time_s: f64, step_s: f64) -> Result<(), ModelError> {
-        // On a copy: an update may be refused after its prediction has been done.
-        let mut next = self.filter.clone();
-        next.predict(step_s).map_err(refused_step)?;
-        self.innovation = if values.boolean(MEASURED_RATE_VALID) {
-            Some(next.update(values.float64(MEASURED_RATE_RAD_S)).map_err(refused_step)?)
-        } else {
-            None
-        };
-        self.filter = next;
+        // An update may be refused after its prediction has been done, which is then undone.
+        let before = self.filter.clone();
+        match advance(&mut self.filter, values, step_s) {
+            Ok(innovation) => self.innovation = innovation,
+            Err(error) => {
+                self.filter = before;
+                return Err(ModelError::Step { reason: error.to_string().into() });
+            }
+        }
         Ok(())
     }
 
@@ -229,6 +229,20 @@ impl<M: ExportedMotion> Model for FilterModel<M> {
         model.filter.restore(saved).map_err(bad_state)?;
         Ok(model)
     }
+}
+
+/// One step of the filter: predicts, and takes the measurement in if there is one.
+#[inline]
+fn advance(
+    filter: &mut impl RateEstimator,
+    values: &Values,
+    step_s: f64,
+) -> Result<Option<Innovation>, EstimatorError> {
+    filter.predict(step_s)?;
+    if !values.boolean(MEASURED_RATE_VALID) {
+        return Ok(None);
+    }
+    filter.update(values.float64(MEASURED_RATE_RAD_S)).map(Some)
 }
 
 fn config(values: &Values) -> Result<FilterConfig, ModelError> {
@@ -265,10 +279,6 @@ fn refinement(values: &Values) -> Result<Refinement, ModelError> {
 fn bad_parameter(error: ConfigError) -> ModelError {
     let reason = Cow::Owned(format!("it must be finite and {}", error.bound));
     ModelError::BadValue { variable: error.name, value: error.value, reason }
-}
-
-fn refused_step(error: EstimatorError) -> ModelError {
-    ModelError::Step { reason: error.to_string().into() }
 }
 
 fn bad_state(error: RestoreError) -> ModelError {

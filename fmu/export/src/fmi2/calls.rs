@@ -18,7 +18,7 @@ use crate::calls::{self, Request};
 use crate::instance::{Experiment, Instance};
 use crate::log::LogCallback;
 use crate::model::ModelType;
-use crate::status::Refusal;
+use crate::status::Reason;
 
 /// What [`instantiate`] is told.
 #[derive(Debug)]
@@ -271,7 +271,9 @@ unsafe fn answer<T: Copy>(
     unsafe {
         enter(c, function, |instance| {
             if !known {
-                return Err(Refusal::Unsupported { reason: "this status kind has no such value" });
+                return Err(
+                    Reason::Unsupported { reason: "this status kind has no such value" }.into()
+                );
             }
             let mut target = COutput::new(value, 1, "the value pointer")?;
             target.fill(std::iter::once(get(instance)));
