@@ -96,6 +96,7 @@ fn bad_line(path: &Path, line: u64, reason: String) -> RecordingError {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "numbers read from text are exact")]
 mod tests {
     use super::*;
     use struna_harness::MotionSource;

@@ -139,6 +139,7 @@ impl fmt::Display for Score {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "equal signals differ by exactly zero")]
 mod tests {
     use super::*;
 

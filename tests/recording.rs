@@ -1,5 +1,7 @@
 //! Recorded rates as input: saturation, flags and counts, and the real recording when it is there.
 
+#![expect(clippy::panic, reason = "a panic fails the test")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use struna::scenario::{Scenario, Source};

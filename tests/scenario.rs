@@ -1,6 +1,8 @@
 //! Scenario files of any quality: shipped ones parse, broken ones are refused where they break,
 //! none panics.
 
+#![expect(clippy::panic, reason = "a panic fails the test")]
+
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;

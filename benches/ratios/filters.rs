@@ -5,7 +5,7 @@
 
 use crate::table::{Row, ns};
 use crate::timing::{best_in_turns, time_per_unit};
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Result, anyhow, ensure};
 use kfilter::kalman::{Kalman1MLinearNoInput, KalmanFilter, KalmanPredict};
 use std::f64::consts::TAU;
 use std::hint::black_box;

@@ -100,6 +100,7 @@ fn assign_fmi2(binding: &mut Fmi2Binding) {
     );
 }
 
+#[expect(clippy::too_many_lines, reason = "one line for each function of the standard")]
 fn assign_fmi3(binding: &mut Fmi3Binding) {
     assign!(
         binding,

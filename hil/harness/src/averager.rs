@@ -97,6 +97,7 @@ impl Averager {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "means of small integers and whole milliseconds are exact")]
 mod tests {
     use super::*;
     use struna_kernel::SimTime;
