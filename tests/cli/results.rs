@@ -1,0 +1,188 @@
+//! Good input: what the help promises is written.
+
+use crate::desk::{DEMO, Desk, csv, names, read_zip};
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+
+const SWING: &str = include_str!("../../scenarios/swing.toml");
+
+/// Exit code of a run that SIGINT ended.
+const INTERRUPTED: i32 = 130;
+
+#[test]
+fn the_help_of_every_command_shows_an_example() {
+    let desk = Desk::new();
+    for (command, example) in [
+        (&[][..], "struna demo"),
+        (&["demo"], "\n  struna demo --out "),
+        (&["run"], "\n  struna run scenarios/demo.toml"),
+        (&["truth"], "\n  struna truth scenarios/swing.toml --csv truth.csv"),
+        (&["fmu"], "\n  struna fmu list"),
+        (&["fmu", "build"], "\n  struna fmu build --out "),
+        (&["fmu", "list"], "\n  struna fmu list"),
+    ] {
+        let help = desk.done(&[command, &["--help"]].concat());
+        assert!(help.contains(example), "{command:?}:\n{help}");
+    }
+}
+
+#[test]
+fn fmu_list_names_both_models_and_their_variables() {
+    let list = Desk::new().done(&["fmu", "list"]);
+    for word in ["PermanentRotation ", "TorsionalOscillation ", " measured_rate_rad_s ", " nis "] {
+        assert!(list.contains(word), "{word:?} not in:\n{list}");
+    }
+    assert_eq!(list.matches(" period_s ").count(), 1, "{list}");
+}
+
+const FMUS: [&str; 4] = [
+    "PermanentRotation_fmi2.fmu",
+    "PermanentRotation_fmi3.fmu",
+    "TorsionalOscillation_fmi2.fmu",
+    "TorsionalOscillation_fmi3.fmu",
+];
+
+#[test]
+fn fmu_build_writes_both_models_for_both_versions() {
+    let desk = Desk::new();
+    let printed = desk.done(&["fmu", "build", "--out", "fmus"]);
+    let expected: BTreeSet<String> = FMUS.iter().map(|name| format!("fmus/{name}")).collect();
+    assert_eq!(desk.files(), expected);
+    assert_eq!(printed.lines().map(str::to_owned).collect::<BTreeSet<_>>(), expected);
+    for fmu in &expected {
+        let entries = read_zip(&desk.path(fmu));
+        assert!(entries.iter().any(|(name, _)| name == "modelDescription.xml"), "{fmu}");
+    }
+}
+
+#[test]
+fn truth_writes_the_motion_at_every_sample_instant() {
+    let desk = Desk::with_scenario(SWING, &[]);
+    let printed = desk.done(&["truth", "s.toml", "--csv", "truth.csv"]);
+    assert!(printed.contains("601 instants") && printed.contains("truth.csv"), "{printed}");
+    let (header, rows) = csv(&desk.text("truth.csv"));
+    let columns = "time twist_rad twist_rate_rad_s body_rate_integral_rad omega_wb_b_x_rad_s \
+                   omega_wb_b_y_rad_s omega_wb_b_z_rad_s q_wb_w q_wb_x q_wb_y q_wb_z";
+    assert_eq!(header.join(" "), columns);
+    // 2 s at 300 Hz, both ends included.
+    assert_eq!(rows.len(), 601);
+    assert!((rows[0][0], rows[300][0], rows[600][0]) == (0.0, 1.0, 2.0));
+    for row in &rows {
+        let norm = row[7..].iter().map(|q| q * q).sum::<f64>().sqrt();
+        // Normalised in double precision: a few roundings off one.
+        assert!((norm - 1.0).abs() < 1e-14, "{norm}");
+    }
+}
+
+#[test]
+fn a_run_writes_record_score_figure_and_fmus() {
+    let desk = Desk::with_scenario(DEMO, &[]);
+    let printed = desk.done(&["run", "s.toml", "--out", "results", "--seed", "7"]);
+    names(
+        &printed,
+        &["integration", "rotation", "torsion", "600 frames sent, 600 received, 0 lost"],
+    );
+    let written = ["record.csv", "score.json", "figure.svg"];
+    names(&printed, &["written to results"]);
+    let fmus = ["fmu/PermanentRotation_fmi3.fmu", "fmu/TorsionalOscillation_fmi3.fmu"];
+    let mut expected: BTreeSet<String> =
+        written.iter().chain(&fmus).map(|name| format!("results/{name}")).collect();
+    expected.insert("s.toml".to_owned());
+    assert_eq!(desk.files(), expected);
+
+    let (header, rows) = csv(&desk.text("results/record.csv"));
+    assert_eq!((header[0].as_str(), rows.len()), ("time", 200));
+    assert!(header.iter().any(|name| name == "torsion.angle_sigma_rad"), "{header:?}");
+    let score = score(&desk, "results/score.json");
+    assert_eq!((&score["seed"], &score["interrupted"]), (&7.into(), &false.into()));
+    assert_eq!(score["estimators"].as_array().map(Vec::len), Some(3));
+    let figure = desk.text("results/figure.svg");
+    assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
+}
+
+fn score(desk: &Desk, name: &str) -> serde_json::Value {
+    serde_json::from_str(&desk.text(name)).expect("score.json is JSON")
+}
+
+#[test]
+fn results_go_to_a_folder_of_the_scenarios_name_unless_told_otherwise() {
+    let desk = Desk::with_scenario(DEMO, &[("name = \"demo\"", "name = \"first.light\"")]);
+    desk.done(&["run", "s.toml"]);
+    assert!(desk.path("out/first.light/record.csv").is_file());
+}
+
+/// A running program that does not outlive its test.
+struct Running(Child);
+
+impl Running {
+    /// Looks at the program until `is_so`, which must not take longer than the program lives.
+    fn wait_for(&mut self, is_so: impl Fn(&Self) -> bool) {
+        while !is_so(self) {
+            assert_eq!(self.0.try_wait().expect("our child"), None, "ended by itself");
+            thread::yield_now();
+        }
+    }
+
+    fn proc(&self, name: &str) -> PathBuf {
+        Path::new("/proc").join(self.0.id().to_string()).join(name)
+    }
+
+    fn has_line_open(&self) -> bool {
+        let open = fs::read_dir(self.proc("fd")).expect("Linux lists what is open");
+        // A descriptor may be closed while its turn comes.
+        let targets = open.filter_map(|entry| fs::read_link(entry.ok()?.path()).ok());
+        targets.into_iter().any(|target| target.ends_with("ptmx"))
+    }
+
+    fn bytes_written(&self) -> u64 {
+        let io = fs::read_to_string(self.proc("io")).expect("Linux counts what is written");
+        let written = io.lines().find_map(|line| line.strip_prefix("wchar: "));
+        written.expect("a count").parse().expect("a number")
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Fails when it has ended already, which is the aim.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn an_interrupted_run_keeps_what_came_until_then() {
+    let desk = Desk::with_scenario(DEMO, &[("duration_s = 2.0", "duration_s = 1e6")]);
+    let mut command = desk.command(&["run", "s.toml", "--out", "out", "--realtime"]);
+    command.stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut running = Running(command.spawn().expect("the program starts"));
+    // Once the line is open, frames are all that is written: 11 bytes each.
+    running.wait_for(Running::has_line_open);
+    let before = running.bytes_written();
+    running.wait_for(|running| running.bytes_written() >= before + 300 * 11);
+    // The standard library sends no signal but SIGKILL; every shell can.
+    let kill = format!("kill -INT {}", running.0.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().expect("a shell").success());
+    let status = running.0.wait().expect("our child");
+    assert_eq!(status.code(), Some(INTERRUPTED));
+
+    let score = score(&desk, "out/score.json");
+    assert_eq!(score["interrupted"], true);
+    assert_eq!(score["duration_s"], 1e6);
+    let (header, rows) = csv(&desk.text("out/record.csv"));
+    assert_eq!(header[0], "time");
+    assert_eq!(score["rate_samples"], rows.len());
+    assert_eq!(score["recorded_until_s"], rows.last().expect("rows")[0]);
+    let line = &score["line"];
+    assert_eq!(line["frames_received"], line["frames_sent"]);
+    // Three frames make one row.
+    assert!(rows.len() >= 100 && line["frames_sent"].as_u64() >= Some(300), "{line}");
+    assert!(desk.text("out/figure.svg").starts_with("<svg"));
+    let mut said = String::new();
+    running.0.stdout.take().expect("piped").read_to_string(&mut said).expect("UTF-8");
+    names(&said, &["stopped at ", " of 1000000 s", "everything until then is recorded"]);
+    assert!(desk.files().iter().all(|name| !name.ends_with(".tmp")), "{:?}", desk.files());
+}
