@@ -1,5 +1,7 @@
 //! Promises about the whole chain: motion, gyro, frames, pseudo-terminal, decoder, estimators.
 
+mod support;
+
 use std::path::Path;
 use struna::record::Record;
 use struna::scenario::{RunAs, Scenario};
@@ -8,6 +10,7 @@ use struna::session::{self, Drive, Session};
 use struna_harness::Pacing;
 use struna_kernel::{Seed, SimTime};
 use struna_line::StopFlag;
+use support::run;
 
 /// The demo's scenario, cut to `duration_s`.
 fn demo(duration_s: f64) -> Scenario {
@@ -15,17 +18,6 @@ fn demo(duration_s: f64) -> Scenario {
     let mut scenario = Scenario::parse(text, Path::new("demo.toml")).expect("the demo parses");
     scenario.duration = SimTime::from_s(duration_s).expect("a duration");
     scenario
-}
-
-fn run(scenario: &Scenario) -> Session {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let drive = Drive {
-        fmu_folder: folder.path(),
-        pacing: Pacing::AsFastAsPossible,
-        stop: &StopFlag::new(),
-        progress: &mut |_| {},
-    };
-    session::run(scenario, drive).expect("the run succeeds")
 }
 
 fn csv(record: &Record) -> Vec<u8> {

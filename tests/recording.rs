@@ -2,14 +2,15 @@
 
 #![expect(clippy::panic, reason = "a panic fails the test")]
 
+mod support;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use struna::scenario::{Scenario, Source};
 use struna::score::Score;
-use struna::session::{self, Drive, Session};
-use struna_harness::Pacing;
+use struna::session::Session;
 use struna_kernel::RAD_PER_DEG;
-use struna_line::StopFlag;
+use support::run;
 
 const SCENARIO: &str = include_str!("../scenarios/recording.toml");
 
@@ -19,17 +20,6 @@ fn scenario(file: &Path) -> Scenario {
     let Source::Recording(source) = &mut scenario.source else { panic!("not a recording") };
     source.file = file.to_owned();
     scenario
-}
-
-fn run(scenario: &Scenario) -> Session {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let drive = Drive {
-        fmu_folder: folder.path(),
-        pacing: Pacing::AsFastAsPossible,
-        stop: &StopFlag::new(),
-        progress: &mut |_| {},
-    };
-    session::run(scenario, drive).expect("the run succeeds")
 }
 
 /// A turn-table: still, then 190 deg/s, then 250 deg/s for one second, then still.

@@ -86,9 +86,9 @@ fn race(first: Refinement, second: Refinement) -> Result<[f64; 3]> {
 pub(crate) fn run<M: Motion>(filter: &mut Filter<M>, rates_rad_s: &[f64]) -> Result<()> {
     for &rate_rad_s in rates_rad_s {
         // Through memory, as in a program that does something else between two measurements.
-        let filter = black_box(&mut *filter);
+        let (filter, rate_rad_s) = black_box((&mut *filter, rate_rad_s));
         filter.predict(STEP_S)?;
-        black_box(filter.update(black_box(rate_rad_s))?);
+        black_box(filter.update(rate_rad_s)?);
     }
     Ok(())
 }
@@ -115,9 +115,9 @@ fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
 fn run_kfilter(peer: &mut Peer, rates_rad_s: &[f64]) -> Result<()> {
     let refused = |reason| anyhow!("kfilter refuses a call: {reason:?}");
     for &rate_rad_s in rates_rad_s {
-        let peer = black_box(&mut *peer);
+        let (peer, rate_rad_s) = black_box((&mut *peer, rate_rad_s));
         peer.predict().map_err(refused)?;
-        black_box(peer.update([[black_box(rate_rad_s)]].into()).map_err(refused)?);
+        black_box(peer.update([[rate_rad_s]].into()).map_err(refused)?);
     }
     Ok(())
 }

@@ -5,7 +5,8 @@
 //! turns in short bursts, and the best burst of each counts, for whatever disturbs a burst only
 //! ever makes it longer.
 //!
-//! A missed target is reported, not punished: the exit code is 0 unless something is broken.
+//! A missed target is reported, not punished: the exit code is 0 unless something is broken. Names
+//! of parts as arguments, as in `cargo bench --bench ratios -- fmus`, run those parts alone.
 
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
@@ -17,13 +18,31 @@ mod table;
 mod timing;
 mod truth;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use table::Row;
 
+type Part = (&'static str, fn() -> Result<Vec<Row>>);
+
+const PARTS: [Part; 5] = [
+    ("filters", filters::rows),
+    ("fmus", fmus::rows),
+    ("truth", truth::rows),
+    ("decoder", decoder::rows),
+    ("chain", chain::rows),
+];
+
 fn main() -> Result<()> {
-    let mut rows: Vec<Row> = Vec::new();
-    for part in [filters::rows, fmus::rows, truth::rows, decoder::rows, chain::rows] {
-        rows.extend(part()?);
+    // Cargo adds options of its own, which are for Rust's test harness.
+    let asked: Vec<_> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    for word in &asked {
+        let known = PARTS.map(|(name, _)| name);
+        ensure!(known.contains(&word.as_str()), "no part is called {word}; there are {known:?}");
+    }
+    let mut rows = Vec::new();
+    for (name, part) in PARTS {
+        if asked.is_empty() || asked.iter().any(|word| word == name) {
+            rows.extend(part()?);
+        }
     }
     println!("{}", table::render(&rows));
     Ok(())

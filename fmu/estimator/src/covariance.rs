@@ -1,6 +1,7 @@
 //! Symmetric 2×2 covariance of (angle, rate): three numbers, so it cannot lose its symmetry.
 
-use crate::Transition;
+use crate::checks::in_range;
+use crate::{EstimatorError, Transition};
 
 /// Covariance P of (angle, rate).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,16 +30,18 @@ impl Covariance {
 
     /// P⁻ = Φ·P·Φᵀ + q·Q, with Q the transition's noise for unit density.
     #[inline]
-    pub(crate) fn predicted(self, t: &Transition, q_rad2_s3: f64) -> Self {
+    pub(crate) fn predicted(self, t: &Transition, q_rad2_s3: f64) -> Result<Self, EstimatorError> {
         let Self { angle_rad2: a, cross_rad2_s: b, rate_rad2_s2: c } = self;
-        // Rows of Φ·P first, then each against the rows of Φ.
-        let (ta, tb) = (t.f11 * a + t.f12 * b, t.f11 * b + t.f12 * c);
-        let (ra, rb) = (t.f21 * a + t.f22 * b, t.f21 * b + t.f22 * c);
-        Self {
-            angle_rad2: ta * t.f11 + tb * t.f12 + q_rad2_s3 * t.q11,
-            cross_rad2_s: ta * t.f21 + tb * t.f22 + q_rad2_s3 * t.q12,
-            rate_rad2_s2: ra * t.f21 + rb * t.f22 + q_rad2_s3 * t.q22,
-        }
+        // Rows of Φ·P, the one of the rate first, then each against the rows of Φ. The second
+        // column is judged early although the sums below would show it: see `in_range`.
+        let rb = in_range(t.f21 * b + t.f22 * c)?;
+        let ra = t.f21 * a + t.f22 * b;
+        let rate_rad2_s2 = in_range(ra * t.f21 + rb * t.f22 + q_rad2_s3 * t.q22)?;
+        let tb = in_range(t.f11 * b + t.f12 * c)?;
+        let ta = t.f11 * a + t.f12 * b;
+        let cross_rad2_s = in_range(ta * t.f21 + tb * t.f22 + q_rad2_s3 * t.q12)?;
+        let angle_rad2 = in_range(ta * t.f11 + tb * t.f12 + q_rad2_s3 * t.q11)?;
+        Ok(Self { angle_rad2, cross_rad2_s, rate_rad2_s2 })
     }
 
     /// Measurement update in Joseph form, P⁺ = (I − K·H)·P·(I − K·H)ᵀ + K·R·Kᵀ with H = (0 1).
@@ -49,16 +52,15 @@ impl Covariance {
     /// # Source
     /// Bucy and Joseph, *Filtering for Stochastic Processes*, 1968.
     #[inline]
-    pub(crate) fn updated(self, gain: Gain, r_rad2_s2: f64) -> Self {
+    pub(crate) fn updated(self, gain: Gain, r_rad2_s2: f64) -> Result<Self, EstimatorError> {
         let Self { angle_rad2: a, cross_rad2_s: b, rate_rad2_s2: c } = self;
         let (k1, k2) = (gain.angle_s, gain.rate);
-        let keep = 1.0 - k2;
         let mixed = b - k1 * c;
-        Self {
-            angle_rad2: (a - k1 * b) - k1 * mixed + k1 * r_rad2_s2 * k1,
-            cross_rad2_s: mixed * keep + k1 * r_rad2_s2 * k2,
-            rate_rad2_s2: keep * c * keep + k2 * r_rad2_s2 * k2,
-        }
+        let angle_rad2 = in_range((a - k1 * b) - k1 * mixed + k1 * r_rad2_s2 * k1)?;
+        let keep = 1.0 - k2;
+        let cross_rad2_s = in_range(mixed * keep + k1 * r_rad2_s2 * k2)?;
+        let rate_rad2_s2 = in_range(keep * c * keep + k2 * r_rad2_s2 * k2)?;
+        Ok(Self { angle_rad2, cross_rad2_s, rate_rad2_s2 })
     }
 
     /// Determinant ≥ 0 and diagonal ≥ 0, up to the rounding of the determinant itself.

@@ -1,6 +1,6 @@
 //! The two-state Kalman filter of the 2008 papers, with their formulas corrected.
 
-use crate::checks::{check_measurement, check_range, check_span};
+use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::covariance::Gain;
 use crate::refinement::Accumulator;
@@ -84,42 +84,49 @@ impl<M: Motion> Filter<M> {
         })
     }
 
+    /// The transition over `span_s`, if that can be predicted over.
     #[inline]
-    fn transition(&mut self, span_s: f64) -> Transition {
+    fn transition(&mut self, span_s: f64) -> Result<Transition, EstimatorError> {
         // Bit equality: the cache must give exactly what a fresh computation would.
         if self.cached.0.to_bits() != span_s.to_bits() {
-            self.cache_transition(span_s);
+            self.cache_transition(span_s)?;
         }
-        self.cached.1
+        Ok(self.cached.1)
     }
 
     /// Kept out of line, so that what happens in every step is short enough to be inlined.
     #[cold]
-    fn cache_transition(&mut self, span_s: f64) {
+    fn cache_transition(&mut self, span_s: f64) -> Result<(), EstimatorError> {
+        check_span(span_s)?;
         self.cached = (span_s, self.motion.transition(span_s));
+        Ok(())
     }
 
     /// Collects the surprise of this update and, every N samples, puts the covariance that the
-    /// surprises show in place of `covariance`. Gives the collection to keep if the update goes
-    /// through; none when the refinement is off.
+    /// surprises show in place of `covariance`. Gives the collection to keep once the update has
+    /// gone through; none when the refinement is off.
     #[inline]
-    fn refine(&self, covariance: &mut Covariance, surprise: Surprise) -> Option<Accumulator> {
+    fn refine(
+        &self,
+        covariance: &mut Covariance,
+        surprise: Surprise,
+    ) -> Result<Option<Accumulator>, EstimatorError> {
         let Refinement { samples, reading } = self.refinement;
         if samples == 0 {
-            return None;
+            return Ok(None);
         }
         let (q_angle_rad, q_rate_rad_s) = match reading {
             Reading::M0 => surprise.correction,
             Reading::M6 => surprise.innovation,
         };
         let mut collected = self.state.surprises;
-        if let Some(mean) = collected.add(q_angle_rad, q_rate_rad_s, samples) {
+        if let Some(mean) = collected.add(q_angle_rad, q_rate_rad_s, samples)? {
             *covariance = match reading {
                 Reading::M0 => mean,
                 Reading::M6 => Covariance { cross_rad2_s: 0.0, ..mean },
             };
         }
-        Some(collected)
+        Ok(Some(collected))
     }
 }
 
@@ -132,27 +139,30 @@ struct Surprise {
     innovation: (f64, f64),
 }
 
+/// Each step waits for the covariance of the step before, so what counts is that path alone. Hence
+/// no copy of the state (only what changes is written, each number once), one division, no check
+/// on the path, and inlining into the caller's loop.
 impl<M: Motion> RateEstimator for Filter<M> {
-    #[inline]
+    #[inline(always)]
     fn predict(&mut self, span_s: f64) -> Result<(), EstimatorError> {
-        check_span(span_s)?;
-        let t = self.transition(span_s);
+        let t = self.transition(span_s)?;
         let Belief { angle_rad, rate_rad_s, covariance } = self.state.belief;
         let predicted = Belief {
             angle_rad: t.f11 * angle_rad + t.f12 * rate_rad_s,
             rate_rad_s: t.f21 * angle_rad + t.f22 * rate_rad_s,
-            covariance: covariance.predicted(&t, self.process_noise_rad2_s3),
+            covariance: covariance.predicted(&t, self.process_noise_rad2_s3)?,
         };
-        check_range(&predicted, self.state.integral_rad)?;
+        in_range(predicted.angle_rad + predicted.rate_rad_s)?;
+        let since_update_s = in_range(self.state.since_update_s + span_s)?;
         self.state.belief = predicted;
-        self.state.since_update_s += span_s;
+        self.state.since_update_s = since_update_s;
         Ok(())
     }
 
     /// # Source
     /// Ivanov and Ovchinnikov, KIAM preprint, 2008, with P⁺ = (…, b·R/S, c·R/S) where the text
     /// prints b/S and c/S: the printed form has the wrong units and a gain that never falls.
-    #[inline]
+    #[inline(always)]
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         check_measurement(rate_rad_s)?;
         let r = self.measurement_variance_rad2_s2;
@@ -172,11 +182,12 @@ impl<M: Motion> RateEstimator for Filter<M> {
         let mut updated = Belief {
             angle_rad: predicted.angle_rad + correction.0,
             rate_rad_s: predicted.rate_rad_s + correction.1,
-            covariance: predicted.covariance.updated(gain, r),
+            covariance: predicted.covariance.updated(gain, r)?,
         };
         let innovation = (integral_rad - predicted.angle_rad, residual_rad_s);
-        let collected = self.refine(&mut updated.covariance, Surprise { correction, innovation });
-        check_range(&updated, integral_rad)?;
+        let collected =
+            self.refine(&mut updated.covariance, Surprise { correction, innovation })?;
+        in_range(updated.angle_rad + updated.rate_rad_s + integral_rad)?;
         self.state.belief = updated;
         self.state.integral_rad = integral_rad;
         self.state.since_update_s = 0.0;
