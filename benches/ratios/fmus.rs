@@ -10,7 +10,7 @@ use struna::fmu::{FmiVersion, build};
 use struna_estimator::{Filter, RateEstimator, Reading, Refinement, TorsionalOscillation};
 use struna_fmi_import::{FmuDescription, Instance, Kind, ValueReference, open};
 
-const ROUNDS: u32 = 10;
+const ROUNDS: u32 = 400;
 const MODEL: &str = "TorsionalOscillation";
 /// What a step through FMI may cost above the plain call.
 const ALLOWANCE_S: f64 = 20e-9;

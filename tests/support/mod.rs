@@ -6,7 +6,7 @@ use struna_harness::Pacing;
 use struna_line::StopFlag;
 
 /// Runs a scenario to its end, as fast as possible.
-pub fn run(scenario: &Scenario) -> Session {
+pub(crate) fn run(scenario: &Scenario) -> Session {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let drive = Drive {
         fmu_folder: folder.path(),
