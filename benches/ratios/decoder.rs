@@ -6,7 +6,6 @@ use anyhow::{Result, ensure};
 use std::hint::black_box;
 use struna_wire::{Decoder, Encoder, FrameSpec};
 
-const ROUNDS: u32 = 100;
 const FRAMES: u32 = 20_000;
 /// Bytes per push: what one read of a serial line returns at most.
 const READ_LEN: usize = 4096;
@@ -16,13 +15,10 @@ pub(crate) fn rows() -> Result<Vec<Row>> {
     let spec = FrameSpec::from_toml(include_str!("../../frames/vg910d.toml"))?;
     let clean = clean_stream(&spec)?;
     let damaged = damaged_stream(&clean);
-    let [clean_s, damaged_s] = best_in_turns(
-        ROUNDS,
-        [
-            Box::new(|| time_per_unit(clean.len(), || decode(&spec, &clean, FRAMES))),
-            Box::new(|| time_per_unit(damaged.len(), || decode(&spec, &damaged, FRAMES / 2))),
-        ],
-    )?;
+    let [clean_s, damaged_s] = best_in_turns([
+        Box::new(|| time_per_unit(clean.len(), || decode(&spec, &clean, FRAMES))),
+        Box::new(|| time_per_unit(damaged.len(), || decode(&spec, &damaged, FRAMES / 2))),
+    ])?;
     let row = |what: &str, s_per_byte: f64| Row {
         what: format!("decoder, {what}"),
         ours: format!("{:.0} MB/s", 1e-6 / s_per_byte),

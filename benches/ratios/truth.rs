@@ -11,7 +11,6 @@ use struna_body::{
 };
 use struna_kernel::SimTime;
 
-const ROUNDS: u32 = 40;
 const STEP_S: f64 = 1e-3;
 const STEPS_PER_BURST: u32 = 5_000;
 /// Steps after which the two motions are compared.
@@ -38,10 +37,10 @@ pub(crate) fn rows() -> Result<Vec<Row>> {
     let (ours_s, peer_s) = match &mut peer {
         Some(peer) => {
             let [ours_s, peer_s] =
-                best_in_turns(ROUNDS, [ours.burst(), Box::new(|| peer.step(STEPS_PER_BURST))])?;
+                best_in_turns([ours.burst(), Box::new(|| peer.step(STEPS_PER_BURST))])?;
             (ours_s, Some(peer_s))
         }
-        None => (best_in_turns(ROUNDS, [ours.burst()])?[0], None),
+        None => (best_in_turns([ours.burst()])?[0], None),
     };
     Ok(vec![Row {
         what: "truth motion, RK4 at 1 ms (S3, no torsion)".into(),

@@ -29,9 +29,7 @@ pub struct Filter<M> {
 /// All that evolves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State {
-    belief: Belief,
-    /// Seconds predicted since the last measurement.
-    since_update_s: f64,
+    carried: Carried,
     /// Plain integral of the measured rate, which reading M6 compares the angle with.
     integral_rad: f64,
     surprises: Accumulator,
@@ -71,12 +69,14 @@ impl<M: Motion> Filter<M> {
             process_noise_rad2_s3: config.process_noise_rad2_s3,
             refinement: config.refinement,
             state: State {
-                belief: Belief {
-                    angle_rad: config.angle_start_rad,
-                    rate_rad_s: config.rate_start_rad_s,
-                    covariance: config.covariance_start(),
+                carried: Carried {
+                    belief: Belief {
+                        angle_rad: config.angle_start_rad,
+                        rate_rad_s: config.rate_start_rad_s,
+                        covariance: config.covariance_start(),
+                    },
+                    since_update_s: 0.0,
                 },
-                since_update_s: 0.0,
                 integral_rad: config.angle_start_rad,
                 surprises: Accumulator::default(),
             },
@@ -100,6 +100,80 @@ impl<M: Motion> Filter<M> {
         check_span(span_s)?;
         self.cached = (span_s, self.motion.transition(span_s));
         Ok(())
+    }
+
+    /// Predicts over `span_s` and takes in a measurement valid at its end: both, or neither.
+    ///
+    /// Gives the very bits that [`predict`](RateEstimator::predict) and then
+    /// [`update`](RateEstimator::update) would, and spares callers whose step must be all or
+    /// nothing a copy to go back to.
+    ///
+    /// # Errors
+    /// What predict and update refuse; the filter is then as it was before the call.
+    #[inline(always)]
+    pub fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        let predicted = self.predicted(span_s)?;
+        let updated = self.updated(&predicted, rate_rad_s)?;
+        Ok(self.take_over(updated))
+    }
+
+    /// The belief `span_s` later; nothing is taken over yet.
+    #[inline(always)]
+    fn predicted(&mut self, span_s: f64) -> Result<Carried, EstimatorError> {
+        let t = self.transition(span_s)?;
+        let Belief { angle_rad, rate_rad_s, covariance } = self.state.carried.belief;
+        let belief = Belief {
+            angle_rad: t.f11 * angle_rad + t.f12 * rate_rad_s,
+            rate_rad_s: t.f21 * angle_rad + t.f22 * rate_rad_s,
+            covariance: covariance.predicted(&t, self.process_noise_rad2_s3)?,
+        };
+        in_range(belief.angle_rad + belief.rate_rad_s)?;
+        let since_update_s = in_range(self.state.carried.since_update_s + span_s)?;
+        Ok(Carried { belief, since_update_s })
+    }
+
+    /// What an update makes of a belief; nothing is taken over yet.
+    ///
+    /// # Source
+    /// Ivanov and Ovchinnikov, KIAM preprint, 2008, with P⁺ = (…, b·R/S, c·R/S) where the text
+    /// prints b/S and c/S: the printed form has the wrong units and a gain that never falls.
+    #[inline(always)]
+    fn updated(&self, from: &Carried, rate_rad_s: f64) -> Result<Updated, EstimatorError> {
+        check_measurement(rate_rad_s)?;
+        let r = self.measurement_variance_rad2_s2;
+        let predicted = from.belief;
+        let variance_rad2_s2 = predicted.covariance.rate_rad2_s2 + r;
+        if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 <= f64::MAX) {
+            return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
+        }
+        let inverse = 1.0 / variance_rad2_s2;
+        let gain = Gain {
+            angle_s: predicted.covariance.cross_rad2_s * inverse,
+            rate: predicted.covariance.rate_rad2_s2 * inverse,
+        };
+        let residual_rad_s = rate_rad_s - predicted.rate_rad_s;
+        let correction = (gain.angle_s * residual_rad_s, gain.rate * residual_rad_s);
+        let integral_rad = self.state.integral_rad + rate_rad_s * from.since_update_s;
+        let mut belief = Belief {
+            angle_rad: predicted.angle_rad + correction.0,
+            rate_rad_s: predicted.rate_rad_s + correction.1,
+            covariance: predicted.covariance.updated(gain, r)?,
+        };
+        let innovation = (integral_rad - predicted.angle_rad, residual_rad_s);
+        let surprises = self.refine(&mut belief.covariance, Surprise { correction, innovation })?;
+        in_range(belief.angle_rad + belief.rate_rad_s + integral_rad)?;
+        let innovation = Innovation { residual_rad_s, variance_rad2_s2 };
+        Ok(Updated { belief, integral_rad, surprises, innovation })
+    }
+
+    #[inline(always)]
+    fn take_over(&mut self, updated: Updated) -> Innovation {
+        self.state.carried = Carried { belief: updated.belief, since_update_s: 0.0 };
+        self.state.integral_rad = updated.integral_rad;
+        if let Some(surprises) = updated.surprises {
+            self.state.surprises = surprises;
+        }
+        updated.innovation
     }
 
     /// Collects the surprise of this update and, every N samples, puts the covariance that the
@@ -130,6 +204,24 @@ impl<M: Motion> Filter<M> {
     }
 }
 
+/// A belief, and how far it has been carried without a measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Carried {
+    belief: Belief,
+    /// Seconds predicted since the last measurement.
+    since_update_s: f64,
+}
+
+/// What an update comes to, before it is taken over.
+#[derive(Debug, Clone, Copy)]
+struct Updated {
+    belief: Belief,
+    integral_rad: f64,
+    /// None when the refinement is off.
+    surprises: Option<Accumulator>,
+    innovation: Innovation,
+}
+
 /// One update's q in both readings, as (angle, rate).
 #[derive(Debug, Clone, Copy)]
 struct Surprise {
@@ -145,61 +237,19 @@ struct Surprise {
 impl<M: Motion> RateEstimator for Filter<M> {
     #[inline(always)]
     fn predict(&mut self, span_s: f64) -> Result<(), EstimatorError> {
-        let t = self.transition(span_s)?;
-        let Belief { angle_rad, rate_rad_s, covariance } = self.state.belief;
-        let predicted = Belief {
-            angle_rad: t.f11 * angle_rad + t.f12 * rate_rad_s,
-            rate_rad_s: t.f21 * angle_rad + t.f22 * rate_rad_s,
-            covariance: covariance.predicted(&t, self.process_noise_rad2_s3)?,
-        };
-        in_range(predicted.angle_rad + predicted.rate_rad_s)?;
-        let since_update_s = in_range(self.state.since_update_s + span_s)?;
-        self.state.belief = predicted;
-        self.state.since_update_s = since_update_s;
+        self.state.carried = self.predicted(span_s)?;
         Ok(())
     }
 
-    /// # Source
-    /// Ivanov and Ovchinnikov, KIAM preprint, 2008, with P⁺ = (…, b·R/S, c·R/S) where the text
-    /// prints b/S and c/S: the printed form has the wrong units and a gain that never falls.
     #[inline(always)]
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
-        check_measurement(rate_rad_s)?;
-        let r = self.measurement_variance_rad2_s2;
-        let predicted = self.state.belief;
-        let variance_rad2_s2 = predicted.covariance.rate_rad2_s2 + r;
-        if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 < f64::INFINITY) {
-            return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
-        }
-        let inverse = 1.0 / variance_rad2_s2;
-        let gain = Gain {
-            angle_s: predicted.covariance.cross_rad2_s * inverse,
-            rate: predicted.covariance.rate_rad2_s2 * inverse,
-        };
-        let residual_rad_s = rate_rad_s - predicted.rate_rad_s;
-        let correction = (gain.angle_s * residual_rad_s, gain.rate * residual_rad_s);
-        let integral_rad = self.state.integral_rad + rate_rad_s * self.state.since_update_s;
-        let mut updated = Belief {
-            angle_rad: predicted.angle_rad + correction.0,
-            rate_rad_s: predicted.rate_rad_s + correction.1,
-            covariance: predicted.covariance.updated(gain, r)?,
-        };
-        let innovation = (integral_rad - predicted.angle_rad, residual_rad_s);
-        let collected =
-            self.refine(&mut updated.covariance, Surprise { correction, innovation })?;
-        in_range(updated.angle_rad + updated.rate_rad_s + integral_rad)?;
-        self.state.belief = updated;
-        self.state.integral_rad = integral_rad;
-        self.state.since_update_s = 0.0;
-        if let Some(surprises) = collected {
-            self.state.surprises = surprises;
-        }
-        Ok(Innovation { residual_rad_s, variance_rad2_s2 })
+        let updated = self.updated(&self.state.carried, rate_rad_s)?;
+        Ok(self.take_over(updated))
     }
 
     #[inline]
     fn belief(&self) -> Belief {
-        self.state.belief
+        self.state.carried.belief
     }
 
     fn saved_len(&self) -> usize {
@@ -222,13 +272,13 @@ impl State {
     const SAVED_LEN: usize = 10 * 8 + 4;
 
     fn write(&self, out: &mut Writer<'_>) {
-        let Belief { angle_rad, rate_rad_s, covariance } = self.belief;
+        let Belief { angle_rad, rate_rad_s, covariance } = self.carried.belief;
         out.f64(angle_rad);
         out.f64(rate_rad_s);
         out.f64(covariance.angle_rad2);
         out.f64(covariance.cross_rad2_s);
         out.f64(covariance.rate_rad2_s2);
-        out.f64(self.since_update_s);
+        out.f64(self.carried.since_update_s);
         out.f64(self.integral_rad);
         out.f64(self.surprises.angle_rad2);
         out.f64(self.surprises.cross_rad2_s);
@@ -238,16 +288,18 @@ impl State {
 
     fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
         Ok(Self {
-            belief: Belief {
-                angle_rad: bytes.finite("angle_rad")?,
-                rate_rad_s: bytes.finite("rate_rad_s")?,
-                covariance: Covariance {
-                    angle_rad2: bytes.finite("angle variance")?,
-                    cross_rad2_s: bytes.finite("angle-rate covariance")?,
-                    rate_rad2_s2: bytes.finite("rate variance")?,
+            carried: Carried {
+                belief: Belief {
+                    angle_rad: bytes.finite("angle_rad")?,
+                    rate_rad_s: bytes.finite("rate_rad_s")?,
+                    covariance: Covariance {
+                        angle_rad2: bytes.finite("angle variance")?,
+                        cross_rad2_s: bytes.finite("angle-rate covariance")?,
+                        rate_rad2_s2: bytes.finite("rate variance")?,
+                    },
                 },
+                since_update_s: bytes.finite("since_update_s")?,
             },
-            since_update_s: bytes.finite("since_update_s")?,
             integral_rad: bytes.finite("integral_rad")?,
             surprises: Accumulator {
                 angle_rad2: bytes.finite("angle surprise")?,
@@ -256,5 +308,49 @@ impl State {
                 count: bytes.u32(),
             },
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn torsion(reading: Reading) -> Filter<TorsionalOscillation> {
+        let config = FilterConfig {
+            angle_start_rad: 6.0,
+            rate_start_rad_s: 0.0,
+            angle_variance_start_rad2: 0.04,
+            rate_variance_start_rad2_s2: 0.01,
+            measurement_variance_rad2_s2: 6e-7,
+            process_noise_rad2_s3: 1e-8,
+            refinement: Refinement { samples: 7, reading },
+        };
+        Filter::torsional_oscillation(config, 480.0).unwrap()
+    }
+
+    #[test]
+    fn a_step_is_a_prediction_and_an_update_to_the_bit() {
+        for reading in [Reading::M0, Reading::M6] {
+            let (mut at_once, mut in_two) = (torsion(reading), torsion(reading));
+            for k in 0..100_u32 {
+                let rate_rad_s = (f64::from(k) * 0.7).cos();
+                let innovation = at_once.step(0.01, rate_rad_s);
+                in_two.predict(0.01).unwrap();
+                assert_eq!(innovation, in_two.update(rate_rad_s));
+                assert_eq!(at_once.state, in_two.state);
+            }
+        }
+    }
+
+    #[test]
+    fn a_refused_step_does_not_even_predict() {
+        let mut filter = torsion(Reading::M6);
+        filter.step(0.01, 0.1).unwrap();
+        let before = filter.state;
+        for (span_s, rate_rad_s) in [(0.01, f64::NAN), (0.01, 1e200), (-1.0, 0.1), (f64::NAN, 0.1)]
+        {
+            assert!(filter.step(span_s, rate_rad_s).is_err(), "{span_s} s, {rate_rad_s} rad/s");
+            assert_eq!(filter.state, before, "{span_s} s, {rate_rad_s} rad/s");
+        }
     }
 }

@@ -209,3 +209,20 @@ fn the_covariance_is_replaced_at_every_nth_update() {
         assert_eq!(inserted, k.is_multiple_of(n), "update {k}");
     }
 }
+
+#[test]
+fn a_step_is_a_prediction_and_an_update_or_nothing() {
+    let refinement = Refinement { samples: 7, reading: Reading::M6 };
+    let mut whole = Filter::torsional_oscillation(config(refinement), 480.0).unwrap();
+    let mut parts = whole.clone();
+    for k in 0..50 {
+        let innovation = whole.step(0.01, rate_rad_s(k)).unwrap();
+        parts.predict(0.01).unwrap();
+        assert_eq!(innovation, parts.update(rate_rad_s(k)).unwrap());
+    }
+    assert_eq!(saved(&whole), saved(&parts));
+    // The prediction alone would have gone through; the measurement takes both back.
+    assert!(whole.step(0.01, f64::NAN).is_err());
+    assert!(whole.step(-0.01, 0.0).is_err());
+    assert_eq!(saved(&whole), saved(&parts));
+}

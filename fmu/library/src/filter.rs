@@ -193,14 +193,9 @@ impl<M: ExportedMotion> Model for FilterModel<M> {
 
     #[inline]
     fn step(&mut self, values: &Values, _time_s: f64, step_s: f64) -> Result<(), ModelError> {
-        // An update may be refused after its prediction has been done, which is then undone.
-        let before = self.filter.clone();
         match advance(&mut self.filter, values, step_s) {
             Ok(innovation) => self.innovation = innovation,
-            Err(error) => {
-                self.filter = before;
-                return Err(ModelError::Step { reason: error.to_string().into() });
-            }
+            Err(error) => return Err(ModelError::Step { reason: error.to_string().into() }),
         }
         Ok(())
     }
@@ -231,18 +226,19 @@ impl<M: ExportedMotion> Model for FilterModel<M> {
     }
 }
 
-/// One step of the filter: predicts, and takes the measurement in if there is one.
+/// One step of the filter, done whole or not at all: predicts, and takes the measurement in if
+/// there is one.
 #[inline]
-fn advance(
-    filter: &mut impl RateEstimator,
+fn advance<M: Motion>(
+    filter: &mut Filter<M>,
     values: &Values,
     step_s: f64,
 ) -> Result<Option<Innovation>, EstimatorError> {
-    filter.predict(step_s)?;
-    if !values.boolean(MEASURED_RATE_VALID) {
-        return Ok(None);
+    if values.boolean(MEASURED_RATE_VALID) {
+        filter.step(step_s, values.float64(MEASURED_RATE_RAD_S)).map(Some)
+    } else {
+        filter.predict(step_s).map(|()| None)
     }
-    filter.update(values.float64(MEASURED_RATE_RAD_S)).map(Some)
 }
 
 fn config(values: &Values) -> Result<FilterConfig, ModelError> {
