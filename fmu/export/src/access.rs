@@ -140,7 +140,7 @@ fn check_counts(references: usize, values: usize) -> Result<(), Refusal> {
 impl Variable {
     /// May `bits` be set now? Bounds of parameters are judged when they take effect, at the end of
     /// initialisation; those of inputs and tunable parameters from then on at once.
-    #[inline]
+    #[inline(always)]
     fn check_set(&self, phase: Phase, bits: u64) -> Result<(), Refusal> {
         match (self.role, phase) {
             (Role::Input | Role::TunableParameter, Phase::Step) => self.check_bounds(bits),

@@ -247,7 +247,7 @@ fn communication_point_tolerance_s(time_s: f64) -> f64 {
 /// Judges a step and gives its end, s.
 #[inline]
 fn check_step(expected: f64, stop: f64, given: f64, step_s: f64) -> Result<f64, Refusal> {
-    if !(step_s > 0.0 && step_s < f64::INFINITY) {
+    if !(step_s > 0.0 && step_s <= f64::MAX) {
         let (quantity, bound) = ("communication step size", "positive and finite");
         return Err(Reason::BadNumber { quantity, value: step_s, bound }.into());
     }

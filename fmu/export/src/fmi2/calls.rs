@@ -101,6 +101,7 @@ pub unsafe fn reset(function: &'static str, c: fmi2Component) -> fmi2Status {
     unsafe { enter(c, function, Instance::reset) }
 }
 
+#[inline]
 pub unsafe fn get_real(
     function: &'static str,
     c: fmi2Component,
@@ -134,6 +135,7 @@ pub unsafe fn get_boolean(
     unsafe { calls::get::<IntBoolean>(function, c, (vr, nvr), (value, nvr)) }
 }
 
+#[inline]
 pub unsafe fn set_real(
     function: &'static str,
     c: fmi2Component,
@@ -226,6 +228,7 @@ pub unsafe fn deserialize_fmu_state(
     unsafe { calls::deserialize_state(function, c, (bytes.cast(), size), state) }
 }
 
+#[inline]
 pub unsafe fn do_step(
     function: &'static str,
     c: fmi2Component,

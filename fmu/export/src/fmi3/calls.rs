@@ -97,6 +97,7 @@ pub unsafe fn reset(function: &'static str, instance: fmi3Instance) -> fmi3Statu
     unsafe { enter(instance, function, Instance::reset) }
 }
 
+#[inline]
 pub unsafe fn get_float64(
     function: &'static str,
     instance: fmi3Instance,
@@ -138,6 +139,7 @@ pub unsafe fn get_boolean(
     unsafe { calls::get::<ByteBoolean>(function, instance, references, values) }
 }
 
+#[inline]
 pub unsafe fn set_float64(
     function: &'static str,
     instance: fmi3Instance,
@@ -239,6 +241,7 @@ pub unsafe fn deserialize_fmu_state(
 }
 
 #[expect(clippy::too_many_arguments, reason = "the signature of the standard")]
+#[inline]
 pub unsafe fn do_step(
     function: &'static str,
     instance: fmi3Instance,
