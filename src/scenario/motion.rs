@@ -82,7 +82,9 @@ fn model(root: &Table<'_>) -> Result<Source> {
     let params = BodyParams {
         mass_kg: body.required("mass_kg")?.positive()?,
         com_depth_m: body.required("com_depth_m")?.positive()?,
+        com_offset_m: [0.0; 2],
         inertia_kg_m2: triple(&inertia, Value::positive)?,
+        products_kg_m2: [0.0; 3],
         gravity_m_s2: or(&body, "gravity_m_s2", Value::positive, 9.81)?,
         torsion: torsion(&body.required("torsion")?.table()?)?,
     };
@@ -137,8 +139,9 @@ fn start(body: &Table<'_>) -> Result<StartState> {
         tilt_azimuth_rad: angle_rad("tilt_azimuth_deg")?,
         twist_rad: angle_rad("twist_deg")?,
         omega_wb_b_rad_s: rate_deg_s.map(|rate| rate * RAD_PER_DEG),
+        ..StartState::AT_REST
     };
-    state.to_states().map_err(|error| start.because(error.to_string()))?;
+    state.check().map_err(|error| start.because(error.to_string()))?;
     Ok(state)
 }
 

@@ -19,21 +19,41 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! **Architecture Invariant:** no random numbers and no gyro here. The motion is a function of
-//! parameters, start and applied torque; noise is applied by whoever owns the random stream.
+//! Beyond that ideal, a [`Rig`] adds a string of finite length, a moving support, a thread that
+//! yields and creeps, air, noise and impulses. Two engines move it, each the judge of the other:
+//! the Lagrange equations and the rigid-body engine rapier ([`Backend`]).
+//!
+//! **Architecture Invariant:** no gyro here, and no random number that is not addressed by seed,
+//! run, channel and index: the motion is a function of parameters, start and commanded torque.
 
-mod equations;
+mod air;
+mod disturbance;
 mod error;
+mod lagrange;
 mod motion;
+mod mounting;
 pub mod ode;
+mod oracles;
 mod params;
 pub mod reference;
+mod rig;
 mod start;
+mod support;
+mod thread;
 mod torsion;
 
-pub use equations::{BodyEquations, STATES, TILT_MAX_RAD};
-pub use error::BodyError;
-pub use motion::{Integrator, TruthMotion};
+pub use air::Drag;
+pub use disturbance::{DISTURBANCE_GRID_HZ, Disturbances, Impulse, PoissonImpulses, TorqueNoise};
+pub use error::{BodyError, Posture, Stop, StopReason};
+pub use lagrange::{BodyEquations, FULL_STATES, FullEquations, STATES, TILT_MAX_RAD};
+pub use motion::{Backend, Integrator, TruthMotion};
+pub use mounting::Mounting;
 pub use params::{Body, BodyParams, Torsion, TorsionDamping, TorsionStiffness};
+pub use rig::{EARTH_RATE_RAD_S, Rig, earth_rate_w_rad_s};
 pub use start::{StartState, TWIST_MAX_RAD};
+pub use support::{ClampSwing, Support, VIBRATIONS_MAX, Vibration};
+pub use thread::{Creep, Hysteresis, YIELD_ELEMENTS_MAX, YieldElement, YieldLaw};
 pub use torsion::DampedTorsion;
+
+/// Version of the rigid-body engine, as pinned.
+pub const RAPIER_VERSION: &str = "0.36.1";

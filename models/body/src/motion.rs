@@ -1,11 +1,13 @@
 //! The true motion of the body, at any instant.
 
-use crate::ode::{Dop853, Rk4, Tolerance};
-use crate::{Body, BodyEquations, BodyError, STATES, StartState};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use crate::disturbance::Timeline;
+use crate::lagrange::{BodyEquations, FULL_STATES, FullEquations, Lagrange, STATES};
+use crate::{Body, BodyError, Impulse, Rig, StartState};
+use nalgebra::Vector3;
+use std::fmt;
 use struna_kernel::{BodyMotion, Bound, SimTime};
 
-/// How the motion is computed.
+/// How the Lagrange equations are integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Integrator {
@@ -24,86 +26,169 @@ pub enum Integrator {
     },
 }
 
-#[derive(Debug, Clone)]
-enum Engine {
-    Rk4(Rk4<STATES>),
-    // Boxed: sixteen stages and the dense output are fifty times the size of an RK4 walk.
-    Dop853(Box<Dop853<STATES>>),
+/// Which of the two implementations of the mechanics moves the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Backend {
+    /// The Lagrange equations, integrated here.
+    Lagrange(Integrator),
+    /// The rigid-body engine rapier, at a fixed step.
+    Rapier {
+        /** Step, s. */
+        step_s: f64,
+    },
 }
 
-impl Engine {
-    fn start(integrator: Integrator, states: [f64; STATES]) -> Result<Self, BodyError> {
-        Ok(match integrator {
-            Integrator::Rk4 { step_s } => Self::Rk4(Rk4::new(step_s, states)?),
-            Integrator::Dop853 { rtol, atol } => {
-                Self::Dop853(Box::new(Dop853::new(Tolerance { rtol, atol }, states)?))
-            }
-        })
+impl From<Integrator> for Backend {
+    fn from(integrator: Integrator) -> Self {
+        Self::Lagrange(integrator)
     }
 }
 
-/// The motion of a body from its start at [`SimTime::ZERO`] on.
+impl fmt::Display for Backend {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Lagrange(Integrator::Rk4 { step_s }) => {
+                write!(f, "lagrange, rk4, step {step_s} s")
+            }
+            Self::Lagrange(Integrator::Dop853 { rtol, atol }) => {
+                write!(f, "lagrange, dop853, rtol {rtol:e}, atol {atol:e}")
+            }
+            Self::Rapier { step_s } => {
+                write!(f, "rapier, rapier3d-f64 {}, step {step_s} s", crate::RAPIER_VERSION)
+            }
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Mechanics {
+    Plain(Lagrange<STATES, BodyEquations>),
+    Full(Box<Lagrange<FULL_STATES, FullEquations>>),
+}
+
+impl Mechanics {
+    fn start(rig: &Rig, start: &StartState, backend: Backend) -> Result<Self, BodyError> {
+        let Backend::Lagrange(integrator) = backend else {
+            let what = "anything yet";
+            return Err(BodyError::Unsupported { backend: "rapier", what });
+        };
+        let none = Vector3::zeros();
+        if rig.is_plain() {
+            let form = BodyEquations::new(&rig.body, start, none);
+            let states = BodyEquations::states(start);
+            return Ok(Self::Plain(Lagrange::new(form, states, integrator, none)?));
+        }
+        let form = FullEquations::new(rig)?;
+        let states = form.states(start)?;
+        Ok(Self::Full(Box::new(Lagrange::new(form, states, integrator, none)?)))
+    }
+
+    fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
+        match self {
+            Self::Plain(plain) => plain.advance(time),
+            Self::Full(full) => full.advance(time),
+        }
+    }
+
+    fn motion(&self) -> BodyMotion {
+        match self {
+            Self::Plain(plain) => plain.motion(),
+            Self::Full(full) => full.motion(),
+        }
+    }
+
+    fn restart(&mut self, impulses: &[Impulse], torque: Vector3<f64>) -> Result<(), BodyError> {
+        match self {
+            Self::Plain(plain) => plain.restart(impulses, torque),
+            Self::Full(full) => full.restart(impulses, torque),
+        }
+    }
+}
+
+/// The motion of a rig from its start at [`SimTime::ZERO`] on.
 ///
-/// The motion at an instant does not depend on which other instants are asked for: with
-/// [`Integrator::Rk4`] instants off the step grid are reached by one shortened step that leaves
-/// the grid alone, with [`Integrator::Dop853`] they come from the dense output.
+/// The motion at an instant does not depend on which other instants are asked for: steps end at
+/// every change of torque and nowhere else because of a question, and instants between steps are
+/// answered by one shortened step that leaves the steps alone, by dense output, or by
+/// interpolation, as the engine has it.
 #[derive(Debug, Clone)]
 pub struct TruthMotion {
-    body: Body,
-    integrator: Integrator,
-    equations: BodyEquations,
-    engine: Engine,
+    rig: Rig,
+    backend: Backend,
+    mechanics: Mechanics,
+    timeline: Timeline,
+    /// Torque commanded from outside, body components, N·m.
     torque_b_n_m: Vector3<f64>,
-    /// Where the engine's time zero lies: the start, or the last change of torque.
-    origin: SimTime,
     reached: SimTime,
-    /// States at `reached`.
-    states: [f64; STATES],
 }
 
 impl TruthMotion {
-    /// A motion of `body` from `start`, without external torque.
+    /// A motion of `rig` from `start`, without commanded torque. A [`Body`] alone is an ideal
+    /// rig; an [`Integrator`] alone is the Lagrange backend.
     ///
     /// # Errors
-    /// [`BodyError::Parameter`] for an impossible start, [`BodyError::Integration`] for an
-    /// unusable step or tolerance.
-    pub fn new(body: Body, start: &StartState, integrator: Integrator) -> Result<Self, BodyError> {
-        let states = start.to_states()?;
-        Ok(Self {
-            equations: BodyEquations::new(&body, Vector3::zeros()),
-            engine: Engine::start(integrator, states)?,
-            body,
-            integrator,
-            torque_b_n_m: Vector3::zeros(),
-            origin: SimTime::ZERO,
-            reached: SimTime::ZERO,
-            states,
-        })
+    /// [`BodyError::Parameter`] for an impossible start or effect, for an unusable step or
+    /// tolerance, and for a step too long for the fastest mode;
+    /// [`BodyError::Unsupported`] for what the backend cannot do.
+    pub fn new(
+        rig: impl Into<Rig>,
+        start: &StartState,
+        backend: impl Into<Backend>,
+    ) -> Result<Self, BodyError> {
+        let (rig, backend) = (rig.into(), backend.into());
+        rig.check()?;
+        start.check()?;
+        if let Backend::Lagrange(Integrator::Rk4 { step_s }) | Backend::Rapier { step_s } = backend
+        {
+            rig.check_step(start, step_s)?;
+        }
+        let mut timeline = Timeline::new(&rig.disturbances)?;
+        let mut mechanics = Mechanics::start(&rig, start, backend)?;
+        let held = timeline.held_b_n_m();
+        if held != Vector3::zeros() {
+            mechanics.restart(&[], held)?;
+        }
+        let (torque_b_n_m, reached) = (Vector3::zeros(), SimTime::ZERO);
+        Ok(Self { rig, backend, mechanics, timeline, torque_b_n_m, reached })
     }
 
     /// The body that moves.
     #[must_use]
     pub fn body(&self) -> &Body {
-        &self.body
+        &self.rig.body
+    }
+
+    /// The rig that moves.
+    #[must_use]
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// What moves it.
+    #[must_use]
+    pub fn backend(&self) -> Backend {
+        self.backend
     }
 
     /// The motion at `time`, which must not lie before an instant already answered.
     ///
     /// # Errors
-    /// [`BodyError::TimeReversal`] for an earlier instant; [`BodyError::Integration`] when the
-    /// motion diverges, turns upside down or needs too many steps, with time and states. A failed
-    /// call leaves the last answer standing.
+    /// [`BodyError::TimeReversal`] for an earlier instant; [`BodyError::Stopped`] with time, state
+    /// and reason when the motion cannot be carried that far. It then stays stopped; the answers
+    /// given stand.
     pub fn motion_at(&mut self, time: SimTime) -> Result<BodyMotion, BodyError> {
         if time < self.reached {
             return Err(BodyError::TimeReversal { asked: time, reached: self.reached });
         }
-        let elapsed_s = time.seconds_since(self.origin);
-        self.states = match &mut self.engine {
-            Engine::Rk4(walk) => walk.state_at(&self.equations, elapsed_s)?,
-            Engine::Dop853(run) => run.state_at(&self.equations, elapsed_s)?,
-        };
+        while let Some(change) = self.timeline.next_change().filter(|change| *change < time) {
+            self.mechanics.advance(change)?;
+            let impulses = self.timeline.pass(change);
+            let torque = self.torque_b_n_m + self.timeline.held_b_n_m();
+            self.mechanics.restart(&impulses, torque)?;
+        }
+        self.mechanics.advance(time)?;
         self.reached = time;
-        Ok(motion(time, &self.states))
+        Ok(self.mechanics.motion())
     }
 
     /// Applies a torque in body components from the last answered instant on, until changed.
@@ -121,25 +206,8 @@ impl TruthMotion {
         if torque_b_n_m == self.torque_b_n_m {
             return Ok(());
         }
-        self.engine = Engine::start(self.integrator, self.states)?;
-        self.equations = BodyEquations::new(&self.body, torque_b_n_m);
         self.torque_b_n_m = torque_b_n_m;
-        self.origin = self.reached;
-        Ok(())
-    }
-}
-
-fn motion(time: SimTime, states: &[f64; STATES]) -> BodyMotion {
-    let [qw, qx, qy, qz, w1, w2, w3, twist_rad, spin_rad] = *states;
-    // The dense output leaves unit length by its own error, so normalise here as well.
-    let q_wb = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
-    let omega = [w1, w2, w3];
-    BodyMotion {
-        time,
-        q_wb,
-        omega_wb_b_rad_s: omega.into(),
-        twist_rad,
-        twist_rate_rad_s: Body::twist_rate_of([q_wb.w, q_wb.i, q_wb.j, q_wb.k], omega),
-        spin_rad,
+        let held = self.timeline.held_b_n_m();
+        self.mechanics.restart(&[], torque_b_n_m + held)
     }
 }

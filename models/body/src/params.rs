@@ -1,7 +1,7 @@
 //! Parameters of the body and its string, and the one place that judges them.
 
 use crate::BodyError;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use struna_kernel::{Bound, ParameterError};
 
@@ -41,8 +41,13 @@ pub struct BodyParams {
     pub mass_kg: f64,
     /// Depth d of the centre of mass below the suspension point, along the body's z axis, m.
     pub com_depth_m: f64,
-    /// Central principal moments of inertia A, B, C about the body's x, y, z axes, kg·m².
+    /// Where the centre of mass lies off the body's z axis, x and y, m.
+    pub com_offset_m: [f64; 2],
+    /// Central moments of inertia A, B, C about the body's x, y, z axes, kg·m².
     pub inertia_kg_m2: [f64; 3],
+    /// Off-diagonal entries J_xy, J_xz, J_yz of the central inertia tensor, kg·m²; the products of
+    /// mass and coordinates with a minus sign. Zero when the body axes are the principal axes.
+    pub products_kg_m2: [f64; 3],
     /// Acceleration of gravity, m/s².
     pub gravity_m_s2: f64,
     /// Torsion of the string.
@@ -55,6 +60,8 @@ pub struct Body {
     params: BodyParams,
     stiffness_n_m_rad: f64,
     damping_n_m_s_rad: f64,
+    /// Smallest principal moment, kg·m².
+    inertia_min_kg_m2: f64,
 }
 
 impl Body {
@@ -63,8 +70,8 @@ impl Body {
     /// # Errors
     /// [`BodyError::Parameter`] with name, value, bound and reason for the first value that is
     /// NaN or infinite; for a mass, length, moment of inertia, gravity or period that is not
-    /// positive; for moments that break the triangle inequality; for negative stiffness or
-    /// damping.
+    /// positive; for moments, those about the principal axes included, that break the triangle
+    /// inequality; for negative stiffness or damping.
     pub fn new(params: &BodyParams) -> Result<Self, BodyError> {
         let positive = Bound::Above(0.0);
         positive.check(
@@ -74,12 +81,15 @@ impl Body {
         )?;
         let depth = "the body hangs below its suspension point";
         positive.check("com_depth_m", params.com_depth_m, depth)?;
-        check_inertia(params.inertia_kg_m2)?;
+        for offset in params.com_offset_m {
+            Bound::Finite.check("com_offset_m", offset, "the body has a centre")?;
+        }
+        let inertia_min_kg_m2 = check_inertia(params)?;
         positive.check("gravity_m_s2", params.gravity_m_s2, "nothing else tensions the string")?;
         let axial_kg_m2 = params.inertia_kg_m2[2];
         let stiffness_n_m_rad = stiffness(params.torsion.stiffness, axial_kg_m2)?;
         let damping_n_m_s_rad = damping(params.torsion.damping, axial_kg_m2, stiffness_n_m_rad)?;
-        Ok(Self { params: *params, stiffness_n_m_rad, damping_n_m_s_rad })
+        Ok(Self { params: *params, stiffness_n_m_rad, damping_n_m_s_rad, inertia_min_kg_m2 })
     }
 
     /// The parameters as given.
@@ -106,9 +116,30 @@ impl Body {
         (self.stiffness_n_m_rad / self.params.inertia_kg_m2[2]).sqrt()
     }
 
-    /// Principal moments as a vector, kg·m².
-    pub(crate) fn inertia(&self) -> Vector3<f64> {
-        Vector3::from(self.params.inertia_kg_m2)
+    /// Central inertia tensor in body components, kg·m².
+    #[must_use]
+    pub fn inertia_b_kg_m2(&self) -> Matrix3<f64> {
+        let [a, b, c] = self.params.inertia_kg_m2;
+        let [xy, xz, yz] = self.params.products_kg_m2;
+        Matrix3::new(a, xy, xz, xy, b, yz, xz, yz, c)
+    }
+
+    /// Smallest principal moment of inertia, kg·m².
+    pub(crate) fn inertia_min_kg_m2(&self) -> f64 {
+        self.inertia_min_kg_m2
+    }
+
+    /// The suspension point A as seen from the centre of mass C, body components, m.
+    #[must_use]
+    pub fn suspension_b_m(&self) -> Vector3<f64> {
+        let [x, y] = self.params.com_offset_m;
+        Vector3::new(-x, -y, self.params.com_depth_m)
+    }
+
+    /// Whether the centre of mass lies on the body's z axis and the body axes are principal.
+    pub(crate) fn is_aligned(&self) -> bool {
+        let off = self.params.com_offset_m.iter().chain(&self.params.products_kg_m2);
+        off.copied().all(|value| value == 0.0)
     }
 
     /// M·g·d, N·m: the swing's restoring torque per unit sin θ.
@@ -119,15 +150,40 @@ impl Body {
 
 const INERTIA_NAMES: [&str; 3] = ["inertia_a_kg_m2", "inertia_b_kg_m2", "inertia_c_kg_m2"];
 
-fn check_inertia(moments: [f64; 3]) -> Result<(), ParameterError> {
+/// Judges the moments about the body axes, then those about the principal axes; gives the
+/// smallest of the latter.
+fn check_inertia(params: &BodyParams) -> Result<f64, ParameterError> {
+    let moments = params.inertia_kg_m2;
     let extent = "a body of finite size has positive moments";
     for (name, moment) in INERTIA_NAMES.iter().zip(moments) {
         Bound::Above(0.0).check(name, moment, extent)?;
     }
+    check_triangle(&INERTIA_NAMES, moments)?;
+    for product in params.products_kg_m2 {
+        Bound::Finite.check("products_kg_m2", product, "a body of finite size has finite ones")?;
+    }
+    let smallest = moments.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    if params.products_kg_m2 == [0.0; 3] {
+        return Ok(smallest);
+    }
+    let [a, b, c] = moments;
+    let [xy, xz, yz] = params.products_kg_m2;
+    let tensor = Matrix3::new(a, xy, xz, xy, b, yz, xz, yz, c);
+    let principal = tensor.symmetric_eigenvalues();
+    for moment in &principal {
+        let reason = "with these products of inertia a principal moment is not positive";
+        Bound::Above(0.0).check("principal_inertia_kg_m2", *moment, reason)?;
+    }
+    check_triangle(&["principal_inertia_kg_m2"; 3], principal.into())?;
+    Ok(principal.min())
+}
+
+fn check_triangle(names: &[&'static str; 3], moments: [f64; 3]) -> Result<(), ParameterError> {
     let total = moments.iter().sum::<f64>();
-    for (name, moment) in INERTIA_NAMES.iter().zip(moments) {
-        // A flat plate reaches equality, so leave room for the rounding of decimal input.
-        let limit = (total - moment) * (1.0 + 4.0 * f64::EPSILON);
+    for (name, moment) in names.iter().zip(moments) {
+        // A flat plate reaches equality, so leave room for the rounding of decimal input and of
+        // the principal axes.
+        let limit = (total - moment) * (1.0 + 16.0 * f64::EPSILON);
         let triangle = "no moment of a real body exceeds the sum of the other two";
         Bound::AtMost(limit).check(name, moment, triangle)?;
     }

@@ -11,7 +11,9 @@ use struna_kernel::RAD_PER_DEG;
 pub const PARAMS: BodyParams = BodyParams {
     mass_kg: 1.0,
     com_depth_m: 0.1,
+    com_offset_m: [0.0; 2],
     inertia_kg_m2: [0.0100, 0.0110, 0.0120],
+    products_kg_m2: [0.0; 3],
     gravity_m_s2: 9.81,
     torsion: Torsion {
         stiffness: TorsionStiffness::PeriodS(480.0),
@@ -31,4 +33,5 @@ pub const S3: StartState = StartState {
     tilt_azimuth_rad: 0.0,
     twist_rad: TAU,
     omega_wb_b_rad_s: [0.2, 0.3, 0.5],
+    ..StartState::AT_REST
 };

@@ -1,6 +1,6 @@
 //! How a motion starts.
 
-use crate::{BodyError, STATES, TILT_MAX_RAD};
+use crate::{Body, BodyError, TILT_MAX_RAD};
 use nalgebra::{Quaternion, UnitQuaternion};
 use struna_kernel::Bound;
 
@@ -23,12 +23,23 @@ pub struct StartState {
     pub twist_rad: f64,
     /// Rate of body relative to world in body components, rad/s.
     pub omega_wb_b_rad_s: [f64; 3],
+    /// Where the string holds the body, x and y from below the support, m. An infinite string
+    /// follows anywhere.
+    pub suspension_w_m: [f64; 2],
+    /// Horizontal velocity of the centre of mass, x and y, m/s.
+    pub com_velocity_w_m_s: [f64; 2],
 }
 
 impl StartState {
     /// Hanging straight, untwisted, at rest.
-    pub const AT_REST: Self =
-        Self { tilt_rad: 0.0, tilt_azimuth_rad: 0.0, twist_rad: 0.0, omega_wb_b_rad_s: [0.0; 3] };
+    pub const AT_REST: Self = Self {
+        tilt_rad: 0.0,
+        tilt_azimuth_rad: 0.0,
+        twist_rad: 0.0,
+        omega_wb_b_rad_s: [0.0; 3],
+        suspension_w_m: [0.0; 2],
+        com_velocity_w_m_s: [0.0; 2],
+    };
 
     /// Hanging straight, twisted and turning about the vertical: pure torsion.
     #[must_use]
@@ -47,13 +58,18 @@ impl StartState {
         UnitQuaternion::from_quaternion(swing * twist)
     }
 
-    /// The integrator's states, in the order of [`crate::BodyEquations`]. The spin starts at the
-    /// twist, as if the body had been wound up about the vertical.
+    /// Horizontal position of the centre of mass, x and y, m.
+    pub(crate) fn com_offset_w_m(&self, body: &Body) -> [f64; 2] {
+        let below = self.attitude() * -body.suspension_b_m();
+        [self.suspension_w_m[0] + below.x, self.suspension_w_m[1] + below.y]
+    }
+
+    /// Judges the start.
     ///
     /// # Errors
     /// [`BodyError::Parameter`] for a value that is not finite, a tilt near upside down or a twist
     /// too large to resolve.
-    pub fn to_states(&self) -> Result<[f64; STATES], BodyError> {
+    pub fn check(&self) -> Result<(), BodyError> {
         let tilt = "the twist of a string is undefined on a body upside down";
         Bound::AtMost(TILT_MAX_RAD).check("|tilt_rad|", self.tilt_rad.abs(), tilt)?;
         let azimuth = "it is a direction";
@@ -63,8 +79,12 @@ impl StartState {
         for rate in self.omega_wb_b_rad_s {
             Bound::Finite.check("omega_wb_b_rad_s", rate, "the body moves at a rate")?;
         }
-        let q = self.attitude();
-        let [w1, w2, w3] = self.omega_wb_b_rad_s;
-        Ok([q.w, q.i, q.j, q.k, w1, w2, w3, self.twist_rad, self.twist_rad])
+        for position in self.suspension_w_m {
+            Bound::Finite.check("suspension_w_m", position, "the body is in a place")?;
+        }
+        for velocity in self.com_velocity_w_m_s {
+            Bound::Finite.check("com_velocity_w_m_s", velocity, "the body moves at a rate")?;
+        }
+        Ok(())
     }
 }

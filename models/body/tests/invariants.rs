@@ -135,7 +135,7 @@ fn any_body() -> impl Strategy<Value = Body> {
                 damping: TorsionDamping::Ratio(0.0),
             };
             let inertia_kg_m2 = [y + z, z + x, x + y];
-            body(BodyParams { mass_kg, com_depth_m, inertia_kg_m2, torsion, gravity_m_s2: 9.81 })
+            body(BodyParams { mass_kg, com_depth_m, inertia_kg_m2, torsion, ..reference::PARAMS })
         },
     )
 }
@@ -148,6 +148,7 @@ fn any_start() -> impl Strategy<Value = StartState> {
             tilt_azimuth_rad,
             twist_rad,
             omega_wb_b_rad_s,
+            ..StartState::AT_REST
         },
     )
 }

@@ -43,8 +43,8 @@ fn period_by_quadrature_s(body: &Body, tilt_rad: f64) -> f64 {
 /// The rates a period after a release from rest at `tilt_rad` about x, as an error of the period.
 fn period_error_s(body: &Body, tilt_rad: f64, period_s: f64) -> f64 {
     let start = StartState { tilt_rad, ..StartState::AT_REST };
-    let states: [f64; STATES] = start.to_states().expect("a sound start");
-    let equations = BodyEquations::new(body, Vector3::zeros());
+    let states: [f64; STATES] = BodyEquations::states(&start);
+    let equations = BodyEquations::new(body, &start, Vector3::zeros());
     let mut run = Dop853::new(TIGHT, states).expect("a sound tolerance");
     let end = run.state_at(&equations, period_s).expect("a planar swing runs on");
     // At the turning point the rate is the acceleration times the time error.

@@ -19,6 +19,20 @@ pub struct BodyMotion {
     /// Integral of the body z rate since the twist was zero, rad: what a perfect gyro on the axis
     /// integrates. Differs from the twist by the solid angle that the body axis has swept.
     pub spin_rad: f64,
+    /// Rate of body relative to inertial space in body components, rad/s: the rate above and the
+    /// Earth's.
+    pub omega_ib_b_rad_s: Vector3<f64>,
+    /// Integral of `omega_ib_b_rad_s` from the start, rad: what a perfect triad of gyros adds up.
+    /// Not an attitude, because rotations do not add.
+    pub inertial_angle_b_rad: Vector3<f64>,
+    /// Rate of change of `omega_wb_b_rad_s`, rad/s².
+    pub angular_acceleration_b_rad_s2: Vector3<f64>,
+    /// Centre of mass, m, from the place where the string holds the body in equilibrium.
+    pub com_position_w_m: Vector3<f64>,
+    /// Velocity of the centre of mass, m/s.
+    pub com_velocity_w_m_s: Vector3<f64>,
+    /// Acceleration of the centre of mass, m/s².
+    pub com_acceleration_w_m_s2: Vector3<f64>,
 }
 
 /// A gyro's raw output code.

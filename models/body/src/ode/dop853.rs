@@ -270,7 +270,7 @@ impl<const N: usize> Dop853<N> {
     }
 
     fn accept<R: Rhs<N>>(&mut self, rhs: &R, mut step: Step<N>) -> Result<(), OdeError<N>> {
-        check_step(rhs, (step.start_s, &step.start), (step.end_s(), &step.end))?;
+        check_step(rhs, (step.start_s, &step.start), (step.step_s, &step.end))?;
         step.k[END] = rhs.derivative(step.end_s(), &step.end);
         (self.time_s, self.state) = (step.end_s(), step.end);
         self.dense = None;
@@ -307,7 +307,7 @@ impl<const N: usize> Dop853<N> {
         if all_finite(&bend) && guess_s.is_finite() {
             return Ok(guess_s.min(100.0 * probe_s));
         }
-        Err(OdeError::Diverged { time_s: self.time_s, state: self.state })
+        Err(OdeError::Diverged { time_s: self.time_s, step_s: probe_s, state: self.state })
     }
 
     /// Root mean square in units of the tolerance.
@@ -420,7 +420,7 @@ mod tests {
         let mut run = Dop853::new(TIGHT, [1.0]).unwrap();
         let (time_s, state) = match run.state_at(&Explosion, 2.0) {
             Err(OdeError::StepTooSmall { time_s, state, .. }) => (time_s, state),
-            Err(OdeError::Diverged { time_s, state }) => (time_s, state),
+            Err(OdeError::Diverged { time_s, state, .. }) => (time_s, state),
             other => panic!("{other:?}"),
         };
         // y = 1/(1−t): the pole lies at one second, and nothing may be integrated across it.

@@ -27,8 +27,9 @@ pub trait Rhs<const N: usize> {
     /// to unit length. Must change it by no more than the step's own error.
     fn project(&self, _y: &mut [f64; N]) {}
 
-    /// Whether the equations hold at `y`; a run that leaves their domain ends with an error.
-    fn admissible(&self, _y: &[f64; N]) -> bool {
+    /// Whether the equations hold at `y`; a run that leaves their domain ends with an error. A
+    /// derivative of NaN ends it as well.
+    fn admissible(&self, _time_s: f64, _y: &[f64; N]) -> bool {
         true
     }
 }
@@ -50,19 +51,23 @@ pub enum OdeError<const N: usize> {
         max: f64,
     },
     /// The state grew without bound or became NaN.
-    #[error("the motion diverged in the step that starts at {time_s} s, state {state:?}")]
+    #[error("the motion diverged in the step from {time_s} s, state {state:?}")]
     Diverged {
         /** Start of the failing step, s. */
         time_s: f64,
-        /** The last finite state. */
+        /** Its length, s. */
+        step_s: f64,
+        /** The last good state, at its start. */
         state: [f64; N],
     },
     /// The state left the domain on which the equations hold.
-    #[error("the motion left the domain of its equations at {time_s} s, state {state:?}")]
+    #[error("the motion left the domain of its equations in the step from {time_s} s")]
     OutsideDomain {
-        /** End of the step that left it, s. */
+        /** Start of the failing step, s. */
         time_s: f64,
-        /** The state outside. */
+        /** Its length, s. */
+        step_s: f64,
+        /** The last good state, at its start. */
         state: [f64; N],
     },
     /// No step is small enough to meet the tolerance.
@@ -104,18 +109,18 @@ fn all_finite<const N: usize>(y: &[f64; N]) -> bool {
     y.iter().map(|v| v * 0.0).sum::<f64>() == 0.0
 }
 
-/// Judges the state that a step from (`from_s`, `from`) to `time_s` produced.
+/// Judges the state that a step of `step_s` from (`time_s`, `from`) produced.
 #[inline(always)]
 fn check_step<const N: usize, R: Rhs<N>>(
     rhs: &R,
-    (from_s, from): (f64, &[f64; N]),
-    (time_s, state): (f64, &[f64; N]),
+    (time_s, from): (f64, &[f64; N]),
+    (step_s, end): (f64, &[f64; N]),
 ) -> Result<(), OdeError<N>> {
-    if !all_finite(state) {
-        return Err(OdeError::Diverged { time_s: from_s, state: *from });
+    if !all_finite(end) {
+        return Err(OdeError::Diverged { time_s, step_s, state: *from });
     }
-    if !rhs.admissible(state) {
-        return Err(OdeError::OutsideDomain { time_s, state: *state });
+    if !rhs.admissible(time_s + step_s, end) {
+        return Err(OdeError::OutsideDomain { time_s, step_s, state: *from });
     }
     Ok(())
 }

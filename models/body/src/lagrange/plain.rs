@@ -1,12 +1,14 @@
-//! The equations of motion and the quantities they conserve.
+//! The plain equations: principal axes, infinite string, nothing else.
 
-use crate::Body;
+use super::{Form, Posture};
 use crate::ode::Rhs;
-use nalgebra::Vector3;
-use struna_kernel::BodyMotion;
+use crate::{Body, Impulse, StartState};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use struna_kernel::{BodyMotion, SimTime};
 
-/// States of the integration: quaternion (w, x, y, z), rate (x, y, z), twist, spin.
-pub const STATES: usize = 9;
+/// States of the integration: quaternion (w, x, y, z), rate (x, y, z), twist, spin, and the
+/// integrals of the first two rates.
+pub const STATES: usize = 11;
 
 /// Largest tilt of the body axis from the vertical, rad: 170°. The twist is undefined upside down
 /// and its rate grows without bound on the way there, so a run stops with an error at this tilt.
@@ -19,11 +21,13 @@ const UPRIGHT_MIN: f64 = 0.007_596_123_493_895_969;
 /// itself was then off by more than a tenth.
 const NORM2_SLACK: f64 = 0.01;
 
-/// The right-hand side of the motion of a [`Body`] under a constant body torque.
+/// The right-hand side of the motion of an aligned [`Body`] under a constant body torque: the
+/// centre of mass on its z axis, its axes principal.
 ///
 /// States, in this order: `q_w, q_x, q_y, q_z` (carries body components into world components),
-/// `ω_x, ω_y, ω_z` (body components, rad/s), twist τ (rad), spin ∫ω_z dt (rad). The spin is a pure
-/// quadrature: no derivative depends on it.
+/// `ω_x, ω_y, ω_z` (body components, rad/s), twist τ (rad), spin ∫ω_z dt, ∫ω_x dt, ∫ω_y dt (rad).
+/// The last three are pure quadratures: no derivative depends on them. The horizontal velocity of
+/// the centre of mass is constant and no state.
 ///
 /// The form is Newton-Euler about the centre of mass with the string's force eliminated,
 ///
@@ -34,7 +38,8 @@ const NORM2_SLACK: f64 = 0.01;
 /// ```
 ///
 /// and its rank-one mass matrix is inverted in closed form (Sherman-Morrison). Euler angles would
-/// be singular at the hanging equilibrium; this form is regular everywhere but upside down.
+/// be singular at the hanging equilibrium; this form is regular everywhere but upside down. Where
+/// the string would have to push, the derivative is NaN.
 #[derive(Debug, Clone, Copy)]
 pub struct BodyEquations {
     torque_n_m: [f64; 3],
@@ -48,13 +53,19 @@ pub struct BodyEquations {
     pendulum_n_m: f64,
     stiffness_n_m_rad: f64,
     damping_n_m_s_rad: f64,
+    depth_m: f64,
+    gravity_m_s2: f64,
+    /// Horizontal motion of the centre of mass: where it starts, and its velocity.
+    com_start_w_m: [f64; 2],
+    com_velocity_w_m_s: [f64; 2],
+    start_twist_rad: f64,
 }
 
 impl BodyEquations {
-    /// The equations of `body` under `torque_b_n_m`, a torque in body components besides gravity
-    /// and string.
+    /// The equations of `body` from `start` on, under `torque_b_n_m`, a torque in body components
+    /// besides gravity and string.
     #[must_use]
-    pub fn new(body: &Body, torque_b_n_m: Vector3<f64>) -> Self {
+    pub fn new(body: &Body, start: &StartState, torque_b_n_m: Vector3<f64>) -> Self {
         let [a, b, c] = body.params().inertia_kg_m2;
         let depth_m = body.params().com_depth_m;
         Self {
@@ -65,7 +76,22 @@ impl BodyEquations {
             pendulum_n_m: body.pendulum_torque_n_m(),
             stiffness_n_m_rad: body.stiffness_n_m_rad(),
             damping_n_m_s_rad: body.damping_n_m_s_rad(),
+            depth_m,
+            gravity_m_s2: body.params().gravity_m_s2,
+            com_start_w_m: start.com_offset_w_m(body),
+            com_velocity_w_m_s: start.com_velocity_w_m_s,
+            start_twist_rad: start.twist_rad,
         }
+    }
+
+    /// The integrator's states at `start`. The spin starts at the twist, as if the body had been
+    /// wound up about the vertical.
+    #[must_use]
+    pub fn states(start: &StartState) -> [f64; STATES] {
+        let q = start.attitude();
+        let [w1, w2, w3] = start.omega_wb_b_rad_s;
+        let twist = start.twist_rad;
+        [q.w, q.i, q.j, q.k, w1, w2, w3, twist, twist, 0.0, 0.0]
     }
 
     /// 1/(1+γ₃) and 1/(1 + M d² u·J⁻¹u), divided early and independently of each other: a division
@@ -77,8 +103,8 @@ impl BodyEquations {
         (1.0 / (1.0 + g[2]), 1.0 / reaction)
     }
 
-    /// Angular acceleration, given γ, ω, the string's torque divided by (1+γ₃), and the inverse
-    /// of the reaction's denominator.
+    /// Angular acceleration and the pull of the string times d, N·m, given γ, ω, the string's
+    /// torque divided by (1+γ₃), and the inverse of the reaction's denominator.
     #[inline(always)]
     fn angular_acceleration(
         &self,
@@ -86,7 +112,7 @@ impl BodyEquations {
         w: [f64; 3],
         string_n_m: f64,
         inverse_reaction: f64,
-    ) -> [f64; 3] {
+    ) -> ([f64; 3], f64) {
         let [ia, ib, ic] = self.inverse_inertia;
         let [n1, n2, n3] = self.torque_n_m;
         // Fall of the centre of mass that the rates alone cause: h of the equations above.
@@ -100,7 +126,21 @@ impl BodyEquations {
         let j3 = ic * (string_n_m * (1.0 + g[2]) + n3) - self.gyroscopic[2] * w[0] * w[1];
         // Sherman-Morrison: subtract J⁻¹u · M d² (u·j) / (1 + M d² u·J⁻¹u).
         let s = self.sway_kg_m2 * (g[0] * j2 - g[1] * j1) * inverse_reaction;
-        [j1 + g[1] * ia * s, j2 - g[0] * ib * s, j3]
+        ([j1 + g[1] * ia * s, j2 - g[0] * ib * s, j3], f - s)
+    }
+
+    /// Angular acceleration, twist rate and the pull of the string times d at these states.
+    #[inline(always)]
+    fn accelerations(&self, y: &[f64; STATES]) -> ([f64; 3], f64, f64) {
+        let [qw, qx, qy, qz, w1, w2, w3, twist, ..] = *y;
+        let (g, w) = (vertical([qw, qx, qy, qz]), [w1, w2, w3]);
+        let (inverse_upright, inverse_reaction) = self.inverses(g);
+        let rate = twist_rate(g, w, inverse_upright);
+        // Along the bisector of vertical and body axis: equal shares in ψ and φ.
+        let string_n_m =
+            -(self.stiffness_n_m_rad * twist + self.damping_n_m_s_rad * rate) * inverse_upright;
+        let (acceleration, pull) = self.angular_acceleration(g, w, string_n_m, inverse_reaction);
+        (acceleration, rate, pull)
     }
 }
 
@@ -120,14 +160,8 @@ fn twist_rate(g: [f64; 3], w: [f64; 3], inverse_upright: f64) -> f64 {
 impl Rhs<STATES> for BodyEquations {
     #[inline(always)]
     fn derivative(&self, _time_s: f64, y: &[f64; STATES]) -> [f64; STATES] {
-        let [qw, qx, qy, qz, w1, w2, w3, twist, _spin] = *y;
-        let (g, w) = (vertical([qw, qx, qy, qz]), [w1, w2, w3]);
-        let (inverse_upright, inverse_reaction) = self.inverses(g);
-        let rate = twist_rate(g, w, inverse_upright);
-        // Along the bisector of vertical and body axis: equal shares in ψ and φ.
-        let string_n_m =
-            -(self.stiffness_n_m_rad * twist + self.damping_n_m_s_rad * rate) * inverse_upright;
-        let [a1, a2, a3] = self.angular_acceleration(g, w, string_n_m, inverse_reaction);
+        let ([a1, a2, a3], rate, pull) = self.accelerations(y);
+        let [qw, qx, qy, qz, w1, w2, w3, ..] = *y;
         [
             -0.5 * (qx * w1 + qy * w2 + qz * w3),
             0.5 * (qw * w1 + qy * w3 - qz * w2),
@@ -136,8 +170,11 @@ impl Rhs<STATES> for BodyEquations {
             a1,
             a2,
             a3,
-            rate,
+            // A string cannot push: the step that would need it ends the run.
+            if pull >= 0.0 { rate } else { f64::NAN },
             w3,
+            w1,
+            w2,
         ]
     }
 
@@ -154,7 +191,7 @@ impl Rhs<STATES> for BodyEquations {
     /// Upright enough for the twist, and the quaternion near unit length: it is not after a step
     /// far too long for the motion.
     #[inline(always)]
-    fn admissible(&self, y: &[f64; STATES]) -> bool {
+    fn admissible(&self, _time_s: f64, y: &[f64; STATES]) -> bool {
         (norm2(y) - 1.0).abs() < NORM2_SLACK && y[0] * y[0] + y[3] * y[3] >= UPRIGHT_MIN
     }
 }
@@ -164,63 +201,65 @@ fn norm2(y: &[f64; STATES]) -> f64 {
     y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3]
 }
 
-/// What the motion conserves, for tests and for judging other engines.
-impl Body {
-    /// Rate of the twist at an attitude and a body rate, rad/s.
-    #[must_use]
-    pub(crate) fn twist_rate_of(q: [f64; 4], omega_rad_s: [f64; 3]) -> f64 {
-        let g = vertical(q);
-        twist_rate(g, omega_rad_s, 1.0 / (1.0 + g[2]))
+impl Form<STATES> for BodyEquations {
+    fn posture(&self, y: &[f64; STATES]) -> Posture {
+        let [qw, qx, qy, qz, w1, w2, w3, twist_rad, ..] = *y;
+        Posture { q_wb: [qw, qx, qy, qz], omega_wb_b_rad_s: [w1, w2, w3], twist_rad }
     }
 
-    /// Energy of the motion, J: vertical fall of the centre of mass, rotation about it, height,
-    /// and the string's twist. Zero at rest in equilibrium.
-    ///
-    /// The constant horizontal velocity of the centre of mass is not part of it.
-    #[must_use]
-    pub fn energy_j(&self, motion: &BodyMotion) -> f64 {
-        let (g, w) = (vertical_of(motion), motion.omega_wb_b_rad_s);
-        let p = self.params();
-        let fall_m_s = p.com_depth_m * (g[0] * w[1] - g[1] * w[0]);
-        let rotation_j = 0.5 * w.dot(&self.inertia().component_mul(&w));
-        // 1 − γ₃ = (γ₁² + γ₂²)/(1 + γ₃) keeps its digits near the equilibrium.
-        let rise = (g[0] * g[0] + g[1] * g[1]) / (1.0 + g[2]);
-        0.5 * p.mass_kg * fall_m_s * fall_m_s
-            + rotation_j
-            + self.pendulum_torque_n_m() * rise
-            + 0.5 * self.stiffness_n_m_rad() * motion.twist_rad * motion.twist_rad
+    fn tension_n(&self, _time_s: f64, y: &[f64; STATES]) -> f64 {
+        self.accelerations(y).2 / self.depth_m
     }
 
-    /// Angular momentum about the vertical through the centre of mass, Lz = Jω·γ, N·m·s.
-    /// Constant when neither string nor torque acts about the vertical (k = c = 0).
-    #[must_use]
-    pub fn vertical_momentum_n_m_s(&self, motion: &BodyMotion) -> f64 {
-        self.inertia().component_mul(&motion.omega_wb_b_rad_s).dot(&vertical_of(motion))
+    fn weight_n(&self) -> f64 {
+        self.pendulum_n_m / self.depth_m
     }
 
-    /// Lz − C·ω_z, N·m·s. Constant for A = B whatever the string's stiffness and damping, because
-    /// the string's torque has equal shares about the vertical and the body axis.
-    #[must_use]
-    pub fn momentum_difference_n_m_s(&self, motion: &BodyMotion) -> f64 {
-        self.vertical_momentum_n_m_s(motion)
-            - self.params().inertia_kg_m2[2] * motion.omega_wb_b_rad_s.z
+    fn motion(&self, time: SimTime, _time_s: f64, y: &[f64; STATES]) -> BodyMotion {
+        let [qw, qx, qy, qz, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
+        // The dense output leaves unit length by its own error, so normalise here as well.
+        let q_wb = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
+        let (acceleration, twist_rate_rad_s, pull_n_m) = self.accelerations(y);
+        let omega = Vector3::new(w1, w2, w3);
+        let com_w_m = q_wb * Vector3::new(0.0, 0.0, -self.depth_m);
+        let com_rate_w_m_s = q_wb * omega.cross(&Vector3::new(0.0, 0.0, -self.depth_m));
+        let [x, y] = self.com_start_w_m;
+        let [vx, vy] = self.com_velocity_w_m_s;
+        let time_s = time.as_s();
+        let pull_m_s2 = pull_n_m / self.pendulum_n_m * self.gravity_m_s2;
+        BodyMotion {
+            time,
+            q_wb,
+            omega_wb_b_rad_s: omega,
+            twist_rad,
+            twist_rate_rad_s,
+            spin_rad,
+            omega_ib_b_rad_s: omega,
+            inertial_angle_b_rad: Vector3::new(angle_1, angle_2, spin_rad - self.start_twist_rad),
+            angular_acceleration_b_rad_s2: acceleration.into(),
+            com_position_w_m: Vector3::new(x + vx * time_s, y + vy * time_s, com_w_m.z),
+            com_velocity_w_m_s: Vector3::new(vx, vy, com_rate_w_m_s.z),
+            com_acceleration_w_m_s2: Vector3::z() * (pull_m_s2 - self.gravity_m_s2),
+        }
     }
-}
 
-fn vertical_of(motion: &BodyMotion) -> Vector3<f64> {
-    motion.q_wb.inverse_transform_vector(&Vector3::z())
+    fn hold(&mut self, _origin_s: f64, torque_b_n_m: Vector3<f64>) {
+        self.torque_n_m = torque_b_n_m.into();
+    }
+
+    /// The plain equations know no impulses: a rig that has some takes the full ones.
+    fn kick(&self, _time_s: f64, _y: &mut [f64; STATES], _impulse: &Impulse) {}
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::ode::Rk4;
-    use crate::{StartState, reference};
-    use nalgebra::Matrix3;
+    use crate::reference;
 
     fn rate_of_states(start: &StartState, torque: Vector3<f64>) -> [f64; STATES] {
         let body = Body::new(&reference::PARAMS).unwrap();
-        BodyEquations::new(&body, torque).derivative(0.0, &start.to_states().unwrap())
+        BodyEquations::new(&body, start, torque).derivative(0.0, &BodyEquations::states(start))
     }
 
     #[test]
@@ -235,7 +274,7 @@ mod tests {
         let u = Vector3::new(-g.y, g.x, 0.0);
         let g_rate = g.cross(&w);
         let h = g_rate.x * w.y - g_rate.y * w.x;
-        let inertia = Matrix3::from_diagonal(&body.inertia());
+        let inertia = body.inertia_b_kg_m2();
         let mass = inertia + u * u.transpose() * p.mass_kg * p.com_depth_m.powi(2);
         let string = -(g + e3) * body.stiffness_n_m_rad() * start.twist_rad / (1.0 + g.z);
         let gravity = u * p.mass_kg * p.com_depth_m * (p.gravity_m_s2 - p.com_depth_m * h);
@@ -250,8 +289,8 @@ mod tests {
     #[test]
     fn the_quaternion_stays_at_unit_length() {
         let body = Body::new(&reference::PARAMS).unwrap();
-        let equations = BodyEquations::new(&body, Vector3::zeros());
-        let mut walk = Rk4::new(0.01, reference::S3.to_states().unwrap()).unwrap();
+        let equations = BodyEquations::new(&body, &reference::S3, Vector3::zeros());
+        let mut walk = Rk4::new(0.01, BodyEquations::states(&reference::S3)).unwrap();
         for seconds in 1..=60_i32 {
             let y = walk.state_at(&equations, f64::from(seconds)).unwrap();
             // One step stretches |q|² by some 1e-9 at 10 ms, of which rescaling leaves the square.
@@ -264,11 +303,10 @@ mod tests {
         let limit = (0.5 * TILT_MAX_RAD).cos().powi(2);
         assert!((limit - UPRIGHT_MIN).abs() < 1e-15);
         let body = Body::new(&reference::PARAMS).unwrap();
-        let equations = BodyEquations::new(&body, Vector3::zeros());
+        let equations = BodyEquations::new(&body, &reference::S3, Vector3::zeros());
         for (tilt_rad, inside) in [(TILT_MAX_RAD - 1e-6, true), (TILT_MAX_RAD + 1e-6, false)] {
-            let q = StartState { tilt_rad, ..StartState::AT_REST }.attitude();
-            let y = [q.w, q.i, q.j, q.k, 0.0, 0.0, 0.0, 0.0, 0.0];
-            assert_eq!(equations.admissible(&y), inside, "{tilt_rad}");
+            let y = BodyEquations::states(&StartState { tilt_rad, ..StartState::AT_REST });
+            assert_eq!(equations.admissible(0.0, &y), inside, "{tilt_rad}");
         }
     }
 

@@ -1,0 +1,209 @@
+//! The Lagrange equations of the rig, in Newton-Euler form, and the engine that integrates them.
+//!
+//! Two forms of one mechanics: [`BodyEquations`] for the plain rig, fast, and [`FullEquations`]
+//! for every other. `docs/truth-model.md` derives both.
+
+mod full;
+mod plain;
+
+pub use full::{FULL_STATES, FullEquations};
+pub use plain::{BodyEquations, STATES, TILT_MAX_RAD};
+
+use crate::error::{Posture, Stop, StopReason};
+use crate::ode::{Dop853, OdeError, Rhs, Rk4, Tolerance, dop853_step, rk4_step};
+use crate::{BodyError, Impulse, Integrator};
+use nalgebra::Vector3;
+use struna_kernel::{BodyMotion, Bound, SimTime};
+
+/// Share of a limit within which a motion that stopped is taken to have stopped at it.
+const AT_LIMIT: f64 = 1e-3;
+
+/// A form of the equations: right-hand side, and the meaning of its states.
+pub(crate) trait Form<const N: usize>: Rhs<N> {
+    /// What an error says of the states.
+    fn posture(&self, y: &[f64; N]) -> Posture;
+
+    /// Pull of the string, N; negative where it would have to push.
+    fn tension_n(&self, time_s: f64, y: &[f64; N]) -> f64;
+
+    /// Weight of the body, N.
+    fn weight_n(&self) -> f64;
+
+    /// How far the string leans, as a share of what the equations allow.
+    fn string_lean(&self, _y: &[f64; N]) -> f64 {
+        0.0
+    }
+
+    /// The motion at these states; `time_s` is the integrator's time.
+    fn motion(&self, time: SimTime, time_s: f64, y: &[f64; N]) -> BodyMotion;
+
+    /// Holds a body torque from `origin_s` of the run on, where the integrator's time is zero.
+    fn hold(&mut self, origin_s: f64, torque_b_n_m: Vector3<f64>);
+
+    /// Strikes the body.
+    fn kick(&self, time_s: f64, y: &mut [f64; N], impulse: &Impulse);
+}
+
+#[derive(Debug, Clone)]
+enum Stepper<const N: usize> {
+    Rk4(Rk4<N>),
+    // Boxed: sixteen stages and the dense output are fifty times the size of an RK4 walk.
+    Dop853(Box<Dop853<N>>),
+}
+
+impl<const N: usize> Stepper<N> {
+    fn start(integrator: Integrator, states: [f64; N]) -> Result<Self, OdeError<N>> {
+        Ok(match integrator {
+            Integrator::Rk4 { step_s } => Self::Rk4(Rk4::new(step_s, states)?),
+            Integrator::Dop853 { rtol, atol } => {
+                Self::Dop853(Box::new(Dop853::new(Tolerance { rtol, atol }, states)?))
+            }
+        })
+    }
+
+    fn state_at<R: Rhs<N>>(&mut self, rhs: &R, time_s: f64) -> Result<[f64; N], OdeError<N>> {
+        match self {
+            Self::Rk4(walk) => walk.state_at(rhs, time_s),
+            Self::Dop853(run) => run.state_at(rhs, time_s),
+        }
+    }
+
+    /// One bare step of the method in use.
+    fn bare_step<R: Rhs<N>>(&self, rhs: &R, from: (f64, &[f64; N]), step_s: f64) -> [f64; N] {
+        let mut end = match self {
+            Self::Rk4(_) => rk4_step(rhs, from.0, from.1, step_s),
+            Self::Dop853(_) => dop853_step(rhs, from.0, from.1, step_s),
+        };
+        rhs.project(&mut end);
+        end
+    }
+}
+
+/// A form being integrated between changes of torque.
+#[derive(Debug, Clone)]
+pub(crate) struct Lagrange<const N: usize, F> {
+    form: F,
+    integrator: Integrator,
+    stepper: Stepper<N>,
+    /// Where the stepper's time zero lies: the start, or the last change.
+    origin: SimTime,
+    /// The last instant answered, and the states then.
+    reached: SimTime,
+    states: [f64; N],
+}
+
+impl<const N: usize, F: Form<N>> Lagrange<N, F> {
+    pub(crate) fn new(
+        mut form: F,
+        states: [f64; N],
+        integrator: Integrator,
+        torque_b_n_m: Vector3<f64>,
+    ) -> Result<Self, BodyError> {
+        form.hold(0.0, torque_b_n_m);
+        let stepper = Stepper::start(integrator, states).map_err(|e| unusable(&e))?;
+        let (origin, reached) = (SimTime::ZERO, SimTime::ZERO);
+        Ok(Self { form, integrator, stepper, origin, reached, states })
+    }
+
+    /// Carries the motion to `time`.
+    pub(crate) fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
+        let elapsed_s = time.seconds_since(self.origin);
+        match self.stepper.state_at(&self.form, elapsed_s) {
+            Ok(states) => self.states = states,
+            Err(error) => return Err(self.explained(&error)),
+        }
+        self.reached = time;
+        Ok(())
+    }
+
+    /// The motion at the instant reached.
+    pub(crate) fn motion(&self) -> BodyMotion {
+        let elapsed_s = self.reached.seconds_since(self.origin);
+        self.form.motion(self.reached, elapsed_s, &self.states)
+    }
+
+    /// Strikes the body and holds another torque from the instant reached on. The integration
+    /// restarts there, so that no step spans the jump.
+    pub(crate) fn restart(
+        &mut self,
+        impulses: &[Impulse],
+        torque_b_n_m: Vector3<f64>,
+    ) -> Result<(), BodyError> {
+        let elapsed_s = self.reached.seconds_since(self.origin);
+        for impulse in impulses {
+            self.form.kick(elapsed_s, &mut self.states, impulse);
+        }
+        // The dense output leaves the manifold by its own error; a restart is a completed step.
+        self.form.project(&mut self.states);
+        self.origin = self.reached;
+        self.form.hold(self.origin.as_s(), torque_b_n_m);
+        self.stepper = Stepper::start(self.integrator, self.states).map_err(|e| unusable(&e))?;
+        Ok(())
+    }
+
+    /// The error of the integrator, in the words of the rig: what stopped the motion, and when.
+    fn explained(&self, error: &OdeError<N>) -> BodyError {
+        let (reason, time_s, state) = match *error {
+            OdeError::Setting { .. } => return unusable(error),
+            OdeError::TooManySteps { time_s, state } => (StopReason::TooManySteps, time_s, state),
+            OdeError::StepTooSmall { time_s, state, .. } => {
+                let reason = self.limit_at(time_s, &state);
+                (reason.unwrap_or(StopReason::StepTooSmall), time_s, state)
+            }
+            OdeError::Diverged { time_s, step_s, state }
+            | OdeError::OutsideDomain { time_s, step_s, state } => {
+                let (time_s, state) = self.last_good(time_s, &state, step_s);
+                let reason = self.limit_at(time_s, &state);
+                (reason.unwrap_or(StopReason::Diverged), time_s, state)
+            }
+        };
+        let posture = self.form.posture(&state);
+        Stop { reason, time_s: self.origin.as_s() + time_s, posture }.into()
+    }
+
+    /// The last instant within a failing step that a shorter step still reaches, by bisection to
+    /// the last bit.
+    fn last_good(&self, time_s: f64, state: &[f64; N], step_s: f64) -> (f64, [f64; N]) {
+        let (mut good_s, mut bad_s, mut reached) = (0.0, step_s, *state);
+        for _ in 0..50 {
+            let middle_s = 0.5 * (good_s + bad_s);
+            let end = self.stepper.bare_step(&self.form, (time_s, state), middle_s);
+            let holds =
+                end.iter().all(|v| v.is_finite()) && self.form.admissible(time_s + middle_s, &end);
+            if holds {
+                (good_s, reached) = (middle_s, end);
+            } else {
+                bad_s = middle_s;
+            }
+        }
+        (time_s + good_s, reached)
+    }
+
+    /// The limit of the equations at which these states stand, if any.
+    fn limit_at(&self, time_s: f64, state: &[f64; N]) -> Option<StopReason> {
+        let posture = self.form.posture(state);
+        if self.form.tension_n(time_s, state).abs() < AT_LIMIT * self.form.weight_n() {
+            return Some(StopReason::Slack);
+        }
+        if posture.tilt_rad() > TILT_MAX_RAD * (1.0 - AT_LIMIT) {
+            return Some(StopReason::Overturned);
+        }
+        if self.form.string_lean(state) > 1.0 - AT_LIMIT {
+            return Some(StopReason::StringTooTilted);
+        }
+        None
+    }
+}
+
+/// The refusal of a step or tolerance; nothing else of an integrator is reached without one.
+fn unusable<const N: usize>(error: &OdeError<N>) -> BodyError {
+    let OdeError::Setting { name, value, min, max } = *error else {
+        unreachable!("a stepper is only refused for its settings")
+    };
+    let bound = if value < min { Bound::AtLeast(min) } else { Bound::AtMost(max) };
+    let reason = "the integration cannot work with it";
+    match bound.check(name, value, reason) {
+        Err(refused) => refused.into(),
+        Ok(_) => unreachable!("a value in its range is not refused"),
+    }
+}

@@ -1,0 +1,82 @@
+//! What a gyro feels where it is mounted.
+
+use nalgebra::{Unit, Vector3};
+use struna_kernel::{BodyMotion, Bound, ParameterError};
+
+/// How a single-axis gyro sits on the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mounting {
+    input_axis_b: Unit<Vector3<f64>>,
+    position_b_m: Vector3<f64>,
+}
+
+impl Default for Mounting {
+    /// On the body's z axis, at the point that the string holds.
+    fn default() -> Self {
+        Self { input_axis_b: Vector3::z_axis(), position_b_m: Vector3::zeros() }
+    }
+}
+
+impl Mounting {
+    /// A gyro whose input axis is turned from the body's z axis by small rotations about the
+    /// body's x and y axes, first about x, at `position_b_m` from the point that the string holds.
+    ///
+    /// A rotation about x by α and about y by β puts the axis at (sin β cos α, −sin α, cos β cos α).
+    ///
+    /// # Errors
+    /// [`ParameterError`] for values that are not finite, and for a misalignment of half a right
+    /// angle or more: that is another input axis.
+    pub fn new(misalignment_rad: [f64; 2], position_b_m: [f64; 3]) -> Result<Self, ParameterError> {
+        for angle_rad in misalignment_rad {
+            let reason = "a larger one would be another input axis";
+            let limit = Bound::AtMost(std::f64::consts::FRAC_PI_4);
+            limit.check("|misalignment_rad|", angle_rad.abs(), reason)?;
+        }
+        for position_m in position_b_m {
+            Bound::Finite.check("position_b_m", position_m, "the gyro is in a place")?;
+        }
+        let (sin_x, cos_x) = misalignment_rad[0].sin_cos();
+        let (sin_y, cos_y) = misalignment_rad[1].sin_cos();
+        let axis = Vector3::new(sin_y * cos_x, -sin_x, cos_y * cos_x);
+        let input_axis_b = Unit::new_normalize(axis);
+        Ok(Self { input_axis_b, position_b_m: position_b_m.into() })
+    }
+
+    /// Direction of positive measured rate, body components.
+    #[must_use]
+    pub fn input_axis_b(&self) -> Unit<Vector3<f64>> {
+        self.input_axis_b
+    }
+
+    /// Inertial rate about the input axis at the instant of `motion`, rad/s. The place of a gyro
+    /// on a rigid body does not matter to it.
+    #[must_use]
+    pub fn rate_rad_s(&self, motion: &BodyMotion) -> f64 {
+        self.input_axis_b.dot(&motion.omega_ib_b_rad_s)
+    }
+
+    /// Integral of that rate since the start, rad. Its difference over a sample interval, divided
+    /// by the interval, is the exact mean rate.
+    #[must_use]
+    pub fn angle_rad(&self, motion: &BodyMotion) -> f64 {
+        self.input_axis_b.dot(&motion.inertial_angle_b_rad)
+    }
+
+    /// Specific force at the gyro's place, body components, m/s²: what its g-sensitivity acts on.
+    ///
+    /// `suspension_b_m` is [`crate::Body::suspension_b_m`].
+    #[must_use]
+    pub fn specific_force_b_m_s2(
+        &self,
+        motion: &BodyMotion,
+        suspension_b_m: &Vector3<f64>,
+        gravity_m_s2: f64,
+    ) -> Vector3<f64> {
+        let from_com = suspension_b_m + self.position_b_m;
+        let omega = motion.omega_wb_b_rad_s;
+        let weightless = motion.com_acceleration_w_m_s2 + Vector3::z() * gravity_m_s2;
+        motion.q_wb.inverse_transform_vector(&weightless)
+            + motion.angular_acceleration_b_rad_s2.cross(&from_com)
+            + omega.cross(&omega.cross(&from_com))
+    }
+}

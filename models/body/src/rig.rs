@@ -1,0 +1,137 @@
+//! The whole rig: body, string, support, air and disturbances, judged together.
+
+use crate::thread::ThreadLaw;
+use crate::{Body, BodyError, Creep, Disturbances, Drag, Hysteresis, StartState, Support};
+use nalgebra::Vector3;
+use struna_kernel::{Bound, ParameterError};
+
+/// Rate of the Earth against the stars, rad/s. Source: IERS Conventions (2010), table 1.1.
+pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+
+/// Largest phase that the fastest mode may turn in one fixed step, rad. RK4 then errs by 5e-4 of
+/// the phase; beyond it the motion is no longer followed.
+const STEP_PHASE_MAX_RAD: f64 = 0.5;
+
+/// Everything that decides how a body moves after its start.
+///
+/// Anything may be written here; it is judged when a motion starts. A rig made from a [`Body`]
+/// alone is the ideal one: infinite string, linear thread, no air, nothing disturbs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rig {
+    /// The body and the spring of its string.
+    pub body: Body,
+    /// Length of the string, m; `None` is an infinite string.
+    pub string_length_m: Option<f64>,
+    /// Friction inside the thread.
+    pub hysteresis: Option<Hysteresis>,
+    /// Creep of the thread's neutral angle.
+    pub creep: Option<Creep>,
+    /// Air.
+    pub drag: Drag,
+    /// Motion of the string's upper end.
+    pub support: Support,
+    /// Noise and impulses.
+    pub disturbances: Disturbances,
+    /// Rate of the world frame against the stars, world components, rad/s. Gyros see it; its
+    /// effect on the motion, a 1e-5 part of the swing's, is left out.
+    pub earth_rate_w_rad_s: Vector3<f64>,
+}
+
+impl From<Body> for Rig {
+    fn from(body: Body) -> Self {
+        Self {
+            body,
+            string_length_m: None,
+            hysteresis: None,
+            creep: None,
+            drag: Drag::NONE,
+            support: Support::default(),
+            disturbances: Disturbances::default(),
+            earth_rate_w_rad_s: Vector3::zeros(),
+        }
+    }
+}
+
+/// The Earth's rate in a world frame with x east, y north and z up, rad/s.
+#[must_use]
+pub fn earth_rate_w_rad_s(latitude_rad: f64) -> Vector3<f64> {
+    let (sin, cos) = latitude_rad.sin_cos();
+    EARTH_RATE_RAD_S * Vector3::new(0.0, cos, sin)
+}
+
+impl Rig {
+    /// Judges everything but the body, which was judged when it was made.
+    ///
+    /// # Errors
+    /// [`BodyError::Parameter`] with name, value, bound and reason; [`BodyError::Grid`] for an
+    /// unusable disturbance grid.
+    pub fn check(&self) -> Result<(), BodyError> {
+        if let Some(length_m) = self.string_length_m {
+            let reason = "a string shorter than the body hangs nothing below its support";
+            Bound::AtLeast(self.body.suspension_b_m().norm()).check(
+                "string_length_m",
+                length_m,
+                reason,
+            )?;
+        }
+        self.thread_law()?;
+        self.drag.check()?;
+        self.support.check()?;
+        self.disturbances.check()?;
+        struna_kernel::SampleGrid::new(struna_kernel::SimTime::ZERO, self.disturbances.grid_hz)?;
+        for rate in &self.earth_rate_w_rad_s {
+            Bound::Finite.check("earth_rate_w_rad_s", *rate, "the Earth turns at a rate")?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a fixed step that is too long for the fastest mode of this rig.
+    ///
+    /// # Errors
+    /// [`BodyError::Parameter`] with the longest step that will do.
+    pub fn check_step(&self, start: &StartState, step_s: f64) -> Result<(), BodyError> {
+        let limit_s = STEP_PHASE_MAX_RAD / self.fastest_rad_s(start)?;
+        let reason = "the fastest mode of this body must not turn further than half a radian in it";
+        Bound::Above(0.0).check("step_s", step_s, "time moves on")?;
+        Bound::AtMost(limit_s).check("step_s", step_s, reason)?;
+        Ok(())
+    }
+
+    /// Bound of the frequencies in the motion from `start`, rad/s: swing, string, torsion, decay,
+    /// shaking, and the rate that the energy of the start can give the body.
+    fn fastest_rad_s(&self, start: &StartState) -> Result<f64, BodyError> {
+        let (p, law) = (self.body.params(), self.thread_law()?);
+        let smallest = self.body.inertia_min_kg_m2();
+        let depth_m = self.body.suspension_b_m().norm();
+        let pendulum_n_m = p.mass_kg * p.gravity_m_s2 * depth_m;
+        let string_s2 = self.string_length_m.map_or(0.0, |length_m| p.gravity_m_s2 / length_m);
+        let swing_rad_s = (pendulum_n_m / smallest + string_s2).sqrt();
+        let torsion_rad_s = (law.stiffness_max_n_m_rad() / smallest).sqrt();
+        let decay_s = (law.damping_n_m_s_rad() + self.drag.rotation_n_m_s_rad) / smallest
+            + self.drag.translation_n_s_m / p.mass_kg;
+        let rate = Vector3::from(start.omega_wb_b_rad_s);
+        let energy_j = 0.5 * rate.dot(&(self.body.inertia_b_kg_m2() * rate))
+            + pendulum_n_m * (1.0 - start.tilt_rad.cos())
+            + 0.5 * law.stiffness_max_n_m_rad() * start.twist_rad.powi(2);
+        let rate_rad_s = (2.0 * energy_j / smallest).sqrt();
+        let modes = [swing_rad_s, torsion_rad_s, decay_s, rate_rad_s];
+        Ok(modes.into_iter().fold(self.support.frequency_max_rad_s(), f64::max))
+    }
+
+    pub(crate) fn thread_law(&self) -> Result<ThreadLaw, ParameterError> {
+        ThreadLaw::new(&self.body, self.hysteresis.as_ref(), self.creep.as_ref())
+    }
+
+    /// Whether the plain equations describe it: principal axes, ideal infinite string, nothing
+    /// else.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.body.is_aligned()
+            && self.string_length_m.is_none()
+            && self.hysteresis.is_none()
+            && self.creep.is_none()
+            && self.drag == Drag::NONE
+            && self.support.is_still()
+            && self.disturbances.is_none()
+            && self.earth_rate_w_rad_s == Vector3::zeros()
+    }
+}
