@@ -8,11 +8,13 @@
 //! **Architecture Invariant:** no wall clock, no input or output, and no other Struna crate is
 //! reachable from here.
 
+mod addressed;
 mod bound;
 mod random;
 mod samples;
 mod time;
 
+pub use addressed::AddressedRandom;
 pub use bound::{Bound, ParameterError};
 pub use random::{Channel, RandomStream, Seed};
 pub use samples::{AngleEstimate, BodyMotion, Counts, GyroReading, RateSample, ReadingFlags};

@@ -16,6 +16,14 @@ pub enum Channel {
     GyroAngleRandomWalk,
     /// Run-to-run spread of the gyro's bias.
     GyroTurnOnBias,
+    /// Random torque on the body.
+    TorqueNoise,
+    /// Instants at which the body is struck.
+    ImpulseTime,
+    /// How hard the body is struck.
+    ImpulseSize,
+    /// Spread of the starts of a campaign.
+    StartError,
 }
 
 impl Channel {
@@ -24,6 +32,10 @@ impl Channel {
         match self {
             Self::GyroAngleRandomWalk => 1,
             Self::GyroTurnOnBias => 2,
+            Self::TorqueNoise => 3,
+            Self::ImpulseTime => 4,
+            Self::ImpulseSize => 5,
+            Self::StartError => 6,
         }
     }
 }
@@ -39,12 +51,7 @@ impl RandomStream {
     /// Opens the stream of `channel` in run `run` of the campaign `seed`.
     #[must_use]
     pub fn new(seed: Seed, channel: Channel, run: u64) -> Self {
-        let mut key = [0_u8; 32];
-        key[..8].copy_from_slice(&seed.0.to_le_bytes());
-        key[8..16].copy_from_slice(&channel.number().to_le_bytes());
-        let mut rng = ChaCha8Rng::from_seed(key);
-        rng.set_stream(run);
-        Self(rng)
+        Self(generator(seed, channel, run))
     }
 
     /// The next standard normal number (mean 0, variance 1).
@@ -56,6 +63,16 @@ impl RandomStream {
     pub fn uniform(&mut self) -> f64 {
         StandardUniform.sample(&mut self.0)
     }
+}
+
+/// The generator behind (seed, channel, run), at its first word.
+pub(crate) fn generator(seed: Seed, channel: Channel, run: u64) -> ChaCha8Rng {
+    let mut key = [0_u8; 32];
+    key[..8].copy_from_slice(&seed.0.to_le_bytes());
+    key[8..16].copy_from_slice(&channel.number().to_le_bytes());
+    let mut rng = ChaCha8Rng::from_seed(key);
+    rng.set_stream(run);
+    rng
 }
 
 #[cfg(test)]
