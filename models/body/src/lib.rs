@@ -19,9 +19,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! **Architecture Invariant:** no random numbers and no gyro here. The motion is a function of
-//! parameters, start and applied torque; noise is applied by whoever owns the random stream.
+//! [`batch`] moves many bodies at once.
+//!
+//! **Architecture Invariant:** no gyro here, and no random numbers but the torques of a batch,
+//! which are keyed by seed and body number. The motion is a function of parameters, start and
+//! applied torque; any other noise is applied by whoever owns the random stream.
 
+pub mod batch;
 mod equations;
 mod error;
 mod motion;
@@ -31,6 +35,7 @@ pub mod reference;
 mod start;
 mod torsion;
 
+pub use batch::{FAST_STATES, FastEquations};
 pub use equations::{BodyEquations, STATES, TILT_MAX_RAD};
 pub use error::BodyError;
 pub use motion::{Integrator, TruthMotion};
