@@ -10,6 +10,7 @@
 
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
+mod batch;
 mod chain;
 mod decoder;
 mod filters;
@@ -23,10 +24,11 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 5] = [
+const PARTS: [Part; 6] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
+    ("batch", batch::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
 ];

@@ -22,11 +22,13 @@
 //! Beyond that ideal, a [`Rig`] adds a string of finite length, a moving support, a thread that
 //! yields and creeps, air, noise and impulses. Two engines move it, each the judge of the other:
 //! the Lagrange equations and the rigid-body engine rapier ([`Backend`]).
+//! [`batch`] moves many bodies at once.
 //!
 //! **Architecture Invariant:** no gyro here, and no random number that is not addressed by seed,
 //! run, channel and index: the motion is a function of parameters, start and commanded torque.
 
 mod air;
+pub mod batch;
 mod disturbance;
 mod error;
 mod lagrange;
@@ -43,6 +45,7 @@ mod thread;
 mod torsion;
 
 pub use air::Drag;
+pub use batch::{FAST_STATES, FastEquations, FastMotion};
 pub use disturbance::{DISTURBANCE_GRID_HZ, Disturbances, Impulse, PoissonImpulses, TorqueNoise};
 pub use error::{BodyError, Posture, Stop, StopReason};
 pub use lagrange::{BodyEquations, FULL_STATES, FullEquations, STATES, TILT_MAX_RAD};

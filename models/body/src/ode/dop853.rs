@@ -52,7 +52,7 @@ pub fn dop853_step<const N: usize, R: Rhs<N>>(
 }
 
 /// `y + h * sum_j weights[j] * k[j]` over the leading stages.
-fn combined<const N: usize>(
+pub(super) fn combined<const N: usize>(
     y: &[f64; N],
     step_s: f64,
     weights: &[f64],
@@ -66,7 +66,7 @@ fn combined<const N: usize>(
     out
 }
 
-fn weighted<const N: usize>(weights: &[f64], k: &[[f64; N]]) -> [f64; N] {
+pub(super) fn weighted<const N: usize>(weights: &[f64], k: &[[f64; N]]) -> [f64; N] {
     let mut sum = [0.0; N];
     for (weight, stage) in weights.iter().zip(k) {
         for i in 0..N {
@@ -76,7 +76,7 @@ fn weighted<const N: usize>(weights: &[f64], k: &[[f64; N]]) -> [f64; N] {
     sum
 }
 
-fn stages<const N: usize, R: Rhs<N>>(
+pub(super) fn stages<const N: usize, R: Rhs<N>>(
     rhs: &R,
     time_s: f64,
     y: &[f64; N],

@@ -1,15 +1,18 @@
 //! Integrators for small systems of ordinary differential equations, y′ = f(t, y).
 //!
-//! Two of them: [`Rk4`] walks a fixed grid and is what a live run uses; [`Dop853`] chooses its own
-//! steps, interpolates between them and is the truth of record. Both work on `[f64; N]` without
-//! allocating, and both know the equations as an [`Rhs`] type rather than a closure, so that the
+//! [`Rk4`] walks a fixed grid and is what a live run uses; [`Dop853`] chooses its own steps,
+//! interpolates between them and is the truth of record; [`Dop853Sampler`] takes the same method's
+//! steps at a fixed length and is the cheapest smooth truth on a grid. All work on `[f64; N]`
+//! without allocating, and all know the equations as an [`Rhs`] type rather than a closure, so that the
 //! compiler inlines the derivative into the step.
 
 mod dop853;
+mod dop853_fixed;
 mod dop853_tableau;
 mod rk4;
 
 pub use dop853::{Dop853, Tolerance, dop853_step};
+pub use dop853_fixed::Dop853Sampler;
 pub use rk4::{Rk4, rk4_step};
 
 /// Most steps that one call may take; a call that would need more is refused.
