@@ -6,7 +6,8 @@ use struna_kernel::BodyMotion;
 
 impl Body {
     /// Energy of the motion, J: translation, rotation about the centre of mass, height, and the
-    /// linear spring of the string. Zero at rest in equilibrium for an aligned body.
+    /// linear spring of the string on a clamp at zero. Zero at rest in equilibrium for an aligned
+    /// body.
     #[must_use]
     pub fn energy_j(&self, motion: &BodyMotion) -> f64 {
         let p = self.params();

@@ -97,25 +97,45 @@ impl Rig {
         Ok(())
     }
 
-    /// Bound of the frequencies in the motion from `start`, rad/s: swing, string, torsion, decay,
-    /// shaking, and the rate that the energy of the start can give the body.
+    /// Bound of the frequencies in the motion from `start`, rad/s, impulses and noise apart: swing
+    /// with string, torsion, decay, shaking, and the rate that the energy of the start can give.
     fn fastest_rad_s(&self, start: &StartState) -> Result<f64, BodyError> {
         let (p, law) = (self.body.params(), self.thread_law()?);
         let smallest = self.body.inertia_min_kg_m2();
         let depth_m = self.body.suspension_b_m().norm();
-        let pendulum_n_m = p.mass_kg * p.gravity_m_s2 * depth_m;
-        let string_s2 = self.string_length_m.map_or(0.0, |length_m| p.gravity_m_s2 / length_m);
-        let swing_rad_s = (pendulum_n_m / smallest + string_s2).sqrt();
-        let torsion_rad_s = (law.stiffness_max_n_m_rad() / smallest).sqrt();
-        let decay_s = (law.damping_n_m_s_rad() + self.drag.rotation_n_m_s_rad) / smallest
-            + self.drag.translation_n_s_m / p.mass_kg;
-        let rate = Vector3::from(start.omega_wb_b_rad_s);
-        let energy_j = 0.5 * rate.dot(&(self.body.inertia_b_kg_m2() * rate))
-            + pendulum_n_m * (1.0 - start.tilt_rad.cos())
-            + 0.5 * law.stiffness_max_n_m_rad() * start.twist_rad.powi(2);
+        let weight_n = p.mass_kg * p.gravity_m_s2;
+        let curvature_1_m = self.string_length_m.map_or(0.0, f64::recip);
+        // The two modes of a double pendulum: the sum of their squares bounds the faster one.
+        let swing_s2 = weight_n * depth_m / smallest * (1.0 + depth_m * curvature_1_m)
+            + p.gravity_m_s2 * curvature_1_m;
+        let torsion_s2 = law.stiffness_max_n_m_rad() / smallest;
+        let energy_j = self.start_energy_j(start, law.stiffness_max_n_m_rad());
         let rate_rad_s = (2.0 * energy_j / smallest).sqrt();
-        let modes = [swing_rad_s, torsion_rad_s, decay_s, rate_rad_s];
+        let drag = &self.drag;
+        let turning = drag.rotation_n_m_s_rad + drag.rotation_quadratic_n_m_s2_rad2 * rate_rad_s;
+        let decay_s =
+            (law.damping_n_m_s_rad() + turning) / smallest + drag.translation_n_s_m / p.mass_kg;
+        let modes = [swing_s2.sqrt(), torsion_s2.sqrt(), decay_s, rate_rad_s];
         Ok(modes.into_iter().fold(self.support.frequency_max_rad_s(), f64::max))
+    }
+
+    /// Energy of a start against hanging straight at rest, J, at most.
+    fn start_energy_j(&self, start: &StartState, stiffness_n_m_rad: f64) -> f64 {
+        let p = self.body.params();
+        let rate = Vector3::from(start.omega_wb_b_rad_s);
+        let depth_m = self.body.suspension_b_m().norm();
+        let [x, y] = start.suspension_w_m;
+        let lean_m2 = x * x + y * y;
+        let rise_m = self.string_length_m.map_or(0.0, |length_m| lean_m2 / length_m)
+            + depth_m * (1.0 - start.tilt_rad.cos());
+        let [vx, vy] = start.com_velocity_w_m_s;
+        // The fall of the centre of mass adds at most that of a point on a rod of its depth.
+        let speed2 = vx * vx + vy * vy + depth_m * depth_m * rate.norm_squared();
+        let turn_rad = start.twist_rad.abs() + self.support.clamp_rad.abs();
+        0.5 * rate.dot(&(self.body.inertia_b_kg_m2() * rate))
+            + 0.5 * p.mass_kg * speed2
+            + p.mass_kg * p.gravity_m_s2 * rise_m
+            + 0.5 * stiffness_n_m_rad * turn_rad * turn_rad
     }
 
     pub(crate) fn thread_law(&self) -> Result<ThreadLaw, ParameterError> {

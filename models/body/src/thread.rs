@@ -37,8 +37,8 @@ pub struct Hysteresis {
     pub elements: Vec<YieldElement>,
 }
 
-/// Slow drift of the neutral angle towards the angle at which the thread is held, as of a standard
-/// linear solid: τ₀′ = share·(τ − τ₀)/time.
+/// Slow drift of the neutral angle after the angle at which the thread is held, as of a standard
+/// linear solid: τ₀′ = (share·τ − τ₀)/time. A share of the stiffness relaxes, the rest stays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Creep {
     /// Time constant, s.
@@ -62,6 +62,7 @@ pub(crate) struct ThreadLaw {
     stiffness_n_m_rad: f64,
     damping_n_m_s_rad: f64,
     creep_rate_s: f64,
+    creep_share: f64,
     law: YieldLaw,
     elements: [YieldElement; YIELD_ELEMENTS_MAX],
     count: usize,
@@ -79,6 +80,7 @@ impl ThreadLaw {
             stiffness_n_m_rad: body.stiffness_n_m_rad(),
             damping_n_m_s_rad: body.damping_n_m_s_rad(),
             creep_rate_s: 0.0,
+            creep_share: 0.0,
             law: YieldLaw::Slip,
             elements: [none; YIELD_ELEMENTS_MAX],
             count: 0,
@@ -87,7 +89,8 @@ impl ThreadLaw {
             law.add(hysteresis)?;
         }
         if let Some(creep) = creep {
-            law.creep_rate_s = creep_rate(creep)?;
+            check_creep(creep)?;
+            (law.creep_rate_s, law.creep_share) = (creep.time_s.recip(), creep.share);
         }
         Ok(law)
     }
@@ -170,7 +173,20 @@ impl ThreadLaw {
     /// Rate of the neutral angle, rad/s.
     #[inline(always)]
     pub(crate) fn neutral_rate_rad_s(&self, turn_rad: f64, neutral_rad: f64) -> f64 {
-        self.creep_rate_s * (turn_rad - neutral_rad)
+        self.creep_rate_s * (self.creep_share * turn_rad - neutral_rad)
+    }
+
+    /// The neutral angle a step later, while the thread turns evenly from `from_rad` to `to_rad`:
+    /// the trapezoidal rule of its linear equation, solved for the end.
+    pub(crate) fn neutral_after_rad(
+        &self,
+        neutral_rad: f64,
+        (from_rad, to_rad): (f64, f64),
+        step_s: f64,
+    ) -> f64 {
+        let half = 0.5 * self.creep_rate_s * step_s;
+        let pulled = half * self.creep_share * (from_rad + to_rad);
+        (neutral_rad * (1.0 - half) + pulled) / (1.0 + half)
     }
 
     /// Energy stored in spring and yield elements, J. With creep it is not a full account.
@@ -182,10 +198,10 @@ impl ThreadLaw {
     }
 }
 
-fn creep_rate(creep: &Creep) -> Result<f64, ParameterError> {
+fn check_creep(creep: &Creep) -> Result<(), ParameterError> {
     Bound::Above(0.0).check("creep_time_s", creep.time_s, "creep takes time")?;
     let share = "it is a share of the stiffness";
     Bound::AtLeast(0.0).check("creep_share", creep.share, share)?;
     Bound::AtMost(1.0).check("creep_share", creep.share, share)?;
-    Ok(creep.share / creep.time_s)
+    Ok(())
 }

@@ -280,9 +280,10 @@ fn norm2(y: &[f64; FULL_STATES]) -> f64 {
 }
 
 impl Form<FULL_STATES> for FullEquations {
-    fn posture(&self, y: &[f64; FULL_STATES]) -> Posture {
+    fn posture(&self, time_s: f64, y: &[f64; FULL_STATES]) -> Posture {
         let s = States::of(y);
-        Posture { q_wb: s.q, omega_wb_b_rad_s: s.omega.into(), twist_rad: s.turn_rad }
+        let twist_rad = s.turn_rad + self.support.at(self.origin_s + time_s).clamp_rad;
+        Posture { q_wb: s.q, omega_wb_b_rad_s: s.omega.into(), twist_rad }
     }
 
     fn tension_n(&self, time_s: f64, y: &[f64; FULL_STATES]) -> f64 {

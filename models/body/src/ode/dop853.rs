@@ -98,6 +98,9 @@ struct Step<const N: usize> {
     start_s: f64,
     step_s: f64,
     start: [f64; N],
+    /// Where the stages lead, on the polynomial that the dense output follows.
+    led: [f64; N],
+    /// The same, pulled back onto the manifold: where the next step starts.
     end: [f64; N],
     /// Stages of the step; the last four are filled on acceptance and on first interpolation.
     k: [[f64; N]; STAGES_ALL],
@@ -134,7 +137,7 @@ impl<const N: usize> Step<N> {
         let mut rows = [[0.0; N]; 3 + DENSE_ROWS];
         let [rise, start_gap, end_gap, ..] = &mut rows;
         for i in 0..N {
-            rise[i] = self.end[i] - self.start[i];
+            rise[i] = self.led[i] - self.start[i];
             start_gap[i] = h * self.k[0][i] - rise[i];
             end_gap[i] = 2.0 * rise[i] - h * (self.k[END][i] + self.k[0][i]);
         }
@@ -264,14 +267,19 @@ impl<const N: usize> Dop853<N> {
         // The step that the clock really makes, or time and state would part by rounding.
         let step_s = (self.time_s + step_s) - self.time_s;
         let k = stages(rhs, self.time_s, &self.state, first, step_s);
-        let mut end = combined(&self.state, step_s, &B, &k);
+        let led = combined(&self.state, step_s, &B, &k);
+        let mut end = led;
         rhs.project(&mut end);
-        Step { start_s: self.time_s, step_s, start: self.state, end, k }
+        Step { start_s: self.time_s, step_s, start: self.state, led, end, k }
     }
 
     fn accept<R: Rhs<N>>(&mut self, rhs: &R, mut step: Step<N>) -> Result<(), OdeError<N>> {
         check_step(rhs, (step.start_s, &step.start), (step.step_s, &step.end))?;
         step.k[END] = rhs.derivative(step.end_s(), &step.end);
+        if !all_finite(&step.k[END]) {
+            let Step { start_s: time_s, step_s, start: state, .. } = step;
+            return Err(OdeError::Diverged { time_s, step_s, state });
+        }
         (self.time_s, self.state) = (step.end_s(), step.end);
         self.dense = None;
         self.last = Some(step);
