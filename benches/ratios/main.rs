@@ -14,6 +14,7 @@ mod chain;
 mod decoder;
 mod filters;
 mod fmus;
+mod rapier;
 mod table;
 mod timing;
 mod truth;
@@ -23,10 +24,11 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 5] = [
+const PARTS: [Part; 6] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
+    ("rapier", rapier::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
 ];
