@@ -35,6 +35,7 @@ const BORDERS: &[(&str, &str)] = &[
     ("serialport", "struna-line"),
     ("rustix", "struna-line"),
     ("rand_chacha", "struna-kernel"),
+    ("rapier3d-f64", "struna-body"),
     ("plotters", "struna"),
     ("clap", "struna"),
 ];

@@ -15,6 +15,7 @@ mod chain;
 mod decoder;
 mod filters;
 mod fmus;
+mod rapier;
 mod table;
 mod timing;
 mod truth;
@@ -24,11 +25,12 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 6] = [
+const PARTS: [Part; 7] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
     ("batch", batch::rows),
+    ("rapier", rapier::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
 ];

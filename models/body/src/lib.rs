@@ -37,6 +37,7 @@ mod mounting;
 pub mod ode;
 mod oracles;
 mod params;
+mod rapier;
 pub mod reference;
 mod rig;
 mod start;
@@ -52,6 +53,7 @@ pub use lagrange::{BodyEquations, FULL_STATES, FullEquations, STATES, TILT_MAX_R
 pub use motion::{Backend, Integrator, TruthMotion};
 pub use mounting::Mounting;
 pub use params::{Body, BodyParams, Torsion, TorsionDamping, TorsionStiffness};
+pub use rapier::RapierMotion;
 pub use rig::{EARTH_RATE_RAD_S, Rig, earth_rate_w_rad_s};
 pub use start::{StartState, TWIST_MAX_RAD};
 pub use support::{ClampSwing, Support, VIBRATIONS_MAX, Vibration};

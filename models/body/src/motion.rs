@@ -2,7 +2,7 @@
 
 use crate::disturbance::Timeline;
 use crate::lagrange::{BodyEquations, FULL_STATES, FullEquations, Lagrange, STATES};
-use crate::{Body, BodyError, Impulse, Rig, StartState};
+use crate::{Body, BodyError, RapierMotion, Rig, StartState};
 use nalgebra::Vector3;
 use std::fmt;
 use struna_kernel::{BodyMotion, Bound, SimTime};
@@ -64,43 +64,41 @@ impl fmt::Display for Backend {
 enum Mechanics {
     Plain(Lagrange<STATES, BodyEquations>),
     Full(Box<Lagrange<FULL_STATES, FullEquations>>),
+    Rapier(Box<RapierMotion>),
 }
 
 impl Mechanics {
     fn start(rig: &Rig, start: &StartState, backend: Backend) -> Result<Self, BodyError> {
-        let Backend::Lagrange(integrator) = backend else {
-            let what = "anything yet";
-            return Err(BodyError::Unsupported { backend: "rapier", what });
+        let integrator = match backend {
+            Backend::Lagrange(integrator) => integrator,
+            Backend::Rapier { step_s } => {
+                return Ok(Self::Rapier(Box::new(RapierMotion::new(rig, start, step_s)?)));
+            }
         };
-        let none = Vector3::zeros();
+        let timeline = Timeline::new(&rig.disturbances)?;
         if rig.is_plain() {
-            let form = BodyEquations::new(&rig.body, start, none);
+            let form = BodyEquations::new(&rig.body, start, Vector3::zeros());
             let states = BodyEquations::states(start);
-            return Ok(Self::Plain(Lagrange::new(form, states, integrator, none)?));
+            return Ok(Self::Plain(Lagrange::new(form, states, integrator, timeline)?));
         }
         let form = FullEquations::new(rig)?;
         let states = form.states(start)?;
-        Ok(Self::Full(Box::new(Lagrange::new(form, states, integrator, none)?)))
+        Ok(Self::Full(Box::new(Lagrange::new(form, states, integrator, timeline)?)))
     }
 
-    fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
+    fn motion_at(&mut self, time: SimTime) -> Result<BodyMotion, BodyError> {
         match self {
-            Self::Plain(plain) => plain.advance(time),
-            Self::Full(full) => full.advance(time),
+            Self::Plain(plain) => plain.motion_at(time),
+            Self::Full(full) => full.motion_at(time),
+            Self::Rapier(rapier) => rapier.motion_at(time),
         }
     }
 
-    fn motion(&self) -> BodyMotion {
+    fn set_torque(&mut self, torque_b_n_m: Vector3<f64>) -> Result<(), BodyError> {
         match self {
-            Self::Plain(plain) => plain.motion(),
-            Self::Full(full) => full.motion(),
-        }
-    }
-
-    fn restart(&mut self, impulses: &[Impulse], torque: Vector3<f64>) -> Result<(), BodyError> {
-        match self {
-            Self::Plain(plain) => plain.restart(impulses, torque),
-            Self::Full(full) => full.restart(impulses, torque),
+            Self::Plain(plain) => plain.set_torque(torque_b_n_m),
+            Self::Full(full) => full.set_torque(torque_b_n_m),
+            Self::Rapier(rapier) => rapier.set_torque(torque_b_n_m),
         }
     }
 }
@@ -116,7 +114,6 @@ pub struct TruthMotion {
     rig: Rig,
     backend: Backend,
     mechanics: Mechanics,
-    timeline: Timeline,
     /// Torque commanded from outside, body components, N·m.
     torque_b_n_m: Vector3<f64>,
     reached: SimTime,
@@ -142,14 +139,9 @@ impl TruthMotion {
         {
             rig.check_step(start, step_s)?;
         }
-        let mut timeline = Timeline::new(&rig.disturbances)?;
-        let mut mechanics = Mechanics::start(&rig, start, backend)?;
-        let held = timeline.held_b_n_m();
-        if held != Vector3::zeros() {
-            mechanics.restart(&[], held)?;
-        }
+        let mechanics = Mechanics::start(&rig, start, backend)?;
         let (torque_b_n_m, reached) = (Vector3::zeros(), SimTime::ZERO);
-        Ok(Self { rig, backend, mechanics, timeline, torque_b_n_m, reached })
+        Ok(Self { rig, backend, mechanics, torque_b_n_m, reached })
     }
 
     /// The body that moves.
@@ -180,22 +172,17 @@ impl TruthMotion {
         if time < self.reached {
             return Err(BodyError::TimeReversal { asked: time, reached: self.reached });
         }
-        while let Some(change) = self.timeline.next_change().filter(|change| *change < time) {
-            self.mechanics.advance(change)?;
-            let impulses = self.timeline.pass(change);
-            let torque = self.torque_b_n_m + self.timeline.held_b_n_m();
-            self.mechanics.restart(&impulses, torque)?;
-        }
-        self.mechanics.advance(time)?;
+        let motion = self.mechanics.motion_at(time)?;
         self.reached = time;
-        Ok(self.mechanics.motion())
+        Ok(motion)
     }
 
     /// Applies a torque in body components from the last answered instant on, until changed.
     ///
     /// The integration restarts at that instant, so that no step spans the jump; with
-    /// [`Integrator::Rk4`] the step grid then counts from there. Setting the torque that already
-    /// acts changes nothing.
+    /// [`Integrator::Rk4`] the step grid then counts from there. rapier keeps its grid and takes
+    /// the torque up within one and a half steps. Setting the torque that already acts changes
+    /// nothing.
     ///
     /// # Errors
     /// [`BodyError::Parameter`] for a torque that is not finite.
@@ -207,7 +194,6 @@ impl TruthMotion {
             return Ok(());
         }
         self.torque_b_n_m = torque_b_n_m;
-        let held = self.timeline.held_b_n_m();
-        self.mechanics.restart(&[], torque_b_n_m + held)
+        self.mechanics.set_torque(torque_b_n_m)
     }
 }

@@ -61,11 +61,6 @@ impl Support {
         *self == Self::default()
     }
 
-    /// Whether the point never moves sideways.
-    pub(crate) fn is_vertical(&self) -> bool {
-        self.vibrations.iter().all(|v| v.amplitude_w_m[..2] == [0.0; 2])
-    }
-
     /// Highest frequency at which it moves, rad/s.
     pub(crate) fn frequency_max_rad_s(&self) -> f64 {
         let shaken = self.vibrations.iter().map(|v| v.frequency_hz);

@@ -122,11 +122,6 @@ impl ThreadLaw {
         self.damping_n_m_s_rad
     }
 
-    /// Whether the torque depends on the turn and its rate alone.
-    pub(crate) fn is_linear(&self) -> bool {
-        self.count == 0 && self.creep_rate_s == 0.0
-    }
-
     /// Torque on the twist, N·m, at a turn that has not left the direction it took since `memory`.
     #[inline(always)]
     pub(crate) fn torque_n_m(
@@ -187,14 +182,6 @@ impl ThreadLaw {
         let half = 0.5 * self.creep_rate_s * step_s;
         let pulled = half * self.creep_share * (from_rad + to_rad);
         (neutral_rad * (1.0 - half) + pulled) / (1.0 + half)
-    }
-
-    /// Energy stored in spring and yield elements, J. With creep it is not a full account.
-    pub(crate) fn energy_j(&self, turn_rad: f64, neutral_rad: f64, memory: &Memory) -> f64 {
-        let stored = |(e, z): (&YieldElement, &f64)| 0.5 * e.stiffness_n_m_rad * z * z;
-        let yielding: f64 =
-            self.elements[..self.count].iter().zip(&memory.strain_rad).map(stored).sum();
-        0.5 * self.stiffness_n_m_rad * (turn_rad - neutral_rad).powi(2) + yielding
     }
 }
 

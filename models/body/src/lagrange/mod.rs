@@ -9,6 +9,7 @@ mod plain;
 pub use full::{FULL_STATES, FullEquations};
 pub use plain::{BodyEquations, STATES, TILT_MAX_RAD};
 
+use crate::disturbance::Timeline;
 use crate::error::{Posture, Stop, StopReason};
 use crate::ode::{Dop853, OdeError, Rhs, Rk4, Tolerance, dop853_step, rk4_step};
 use crate::{BodyError, Impulse, Integrator};
@@ -87,9 +88,12 @@ pub(crate) struct Lagrange<const N: usize, F> {
     stepper: Stepper<N>,
     /// Where the stepper's time zero lies: the start, or the last change.
     origin: SimTime,
-    /// The last instant answered, and the states then.
+    /// The last instant reached, and the states then.
     reached: SimTime,
     states: [f64; N],
+    timeline: Timeline,
+    /// Torque commanded from outside, body components, N·m.
+    torque_b_n_m: Vector3<f64>,
 }
 
 impl<const N: usize, F: Form<N>> Lagrange<N, F> {
@@ -97,16 +101,35 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         mut form: F,
         states: [f64; N],
         integrator: Integrator,
-        torque_b_n_m: Vector3<f64>,
+        mut timeline: Timeline,
     ) -> Result<Self, BodyError> {
-        form.hold(0.0, torque_b_n_m);
+        form.hold(0.0, timeline.held_b_n_m());
         let stepper = Stepper::start(integrator, states).map_err(|e| unusable(&e))?;
         let (origin, reached) = (SimTime::ZERO, SimTime::ZERO);
-        Ok(Self { form, integrator, stepper, origin, reached, states })
+        let torque_b_n_m = Vector3::zeros();
+        Ok(Self { form, integrator, stepper, origin, reached, states, timeline, torque_b_n_m })
+    }
+
+    /// The motion at `time`. What acts at this very instant does not show yet.
+    pub(crate) fn motion_at(&mut self, time: SimTime) -> Result<BodyMotion, BodyError> {
+        while let Some(change) = self.timeline.next_change().filter(|change| *change < time) {
+            self.advance(change)?;
+            let impulses = self.timeline.pass(change);
+            self.restart(&impulses)?;
+        }
+        self.advance(time)?;
+        let elapsed_s = time.seconds_since(self.origin);
+        Ok(self.form.motion(time, elapsed_s, &self.states))
+    }
+
+    /// Commands another torque from the instant reached on.
+    pub(crate) fn set_torque(&mut self, torque_b_n_m: Vector3<f64>) -> Result<(), BodyError> {
+        self.torque_b_n_m = torque_b_n_m;
+        self.restart(&[])
     }
 
     /// Carries the motion to `time`.
-    pub(crate) fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
+    fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
         let elapsed_s = time.seconds_since(self.origin);
         match self.stepper.state_at(&self.form, elapsed_s) {
             Ok(states) => self.states = states,
@@ -116,19 +139,9 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         Ok(())
     }
 
-    /// The motion at the instant reached.
-    pub(crate) fn motion(&self) -> BodyMotion {
-        let elapsed_s = self.reached.seconds_since(self.origin);
-        self.form.motion(self.reached, elapsed_s, &self.states)
-    }
-
-    /// Strikes the body and holds another torque from the instant reached on. The integration
-    /// restarts there, so that no step spans the jump.
-    pub(crate) fn restart(
-        &mut self,
-        impulses: &[Impulse],
-        torque_b_n_m: Vector3<f64>,
-    ) -> Result<(), BodyError> {
+    /// Strikes the body and holds the torque of the timeline's cell from the instant reached on.
+    /// The integration restarts there, so that no step spans the jump.
+    fn restart(&mut self, impulses: &[Impulse]) -> Result<(), BodyError> {
         let elapsed_s = self.reached.seconds_since(self.origin);
         for impulse in impulses {
             self.form.kick(elapsed_s, &mut self.states, impulse);
@@ -136,6 +149,7 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         // The dense output leaves the manifold by its own error; a restart is a completed step.
         self.form.project(&mut self.states);
         self.origin = self.reached;
+        let torque_b_n_m = self.torque_b_n_m + self.timeline.held_b_n_m();
         self.form.hold(self.origin.as_s(), torque_b_n_m);
         self.stepper = Stepper::start(self.integrator, self.states).map_err(|e| unusable(&e))?;
         Ok(())
