@@ -74,3 +74,24 @@ pub(crate) unsafe extern "C" fn fmi3_log_message(
     let (category, message) = (text(category), text(message));
     log::log!(target: &category, level(status), "{message}");
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ptr::{null, null_mut};
+
+    #[test]
+    #[expect(unsafe_code, reason = "a C function, called as an FMU would")]
+    fn whatever_an_fmu_logs_is_kept_or_dropped_but_never_a_panic() {
+        capture_fmu_messages();
+        take();
+        let (broken, plain) = (c"broken \xff text", c"50 %s");
+        for (status, text) in
+            [(0, plain.as_ptr()), (3, plain.as_ptr()), (99, broken.as_ptr()), (4, null())]
+        {
+            // SAFETY: the texts are null or terminated.
+            unsafe { fmi3_log_message(null_mut(), status, null(), text) };
+        }
+        assert_eq!(take(), ["50 %s", "broken \u{fffd} text", ""]);
+    }
+}

@@ -43,3 +43,27 @@ fn refusal(instance: &str, call: &'static str, status: Status) -> ImportError {
     let (instance, messages) = (instance.to_owned(), messages::take());
     ImportError::Call { instance, call, status: name(status), messages }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_warning_is_no_error_and_any_number_has_a_name() {
+        for status in [OK, WARNING] {
+            check("probe", "DoStep", status).unwrap();
+        }
+        for (status, word) in [
+            (2, "Discard"),
+            (3, "Error"),
+            (4, "Fatal"),
+            (5, "Pending"),
+            (6, "unknown"),
+            (!0, "unk"),
+        ] {
+            let error = check("probe", "DoStep", status).unwrap_err().to_string();
+            let said = format!("FMU probe: DoStep ends with status {word}");
+            assert!(error.starts_with(&said), "{error}");
+        }
+    }
+}
