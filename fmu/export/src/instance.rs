@@ -215,6 +215,7 @@ impl Instance {
 
     /// Saves the present state over the one at `at`, or as a new one when `at` is null.
     pub(crate) fn save_state(&mut self, at: Handle) -> Result<Handle, Refusal> {
+        self.state.settle();
         self.snapshots.keep(at, self.state.to_body())
     }
 

@@ -42,9 +42,10 @@ impl State {
         self.owed = false;
     }
 
-    /// The body: phase, experiment, values, and the model's own bytes to the end.
-    pub(crate) fn to_body(&mut self) -> Vec<u8> {
-        self.settle();
+    /// The body: phase, experiment, values, and the model's own bytes to the end. No output may
+    /// be owed: a restored model need not know how it came to its outputs.
+    pub(crate) fn to_body(&self) -> Vec<u8> {
+        debug_assert!(!self.owed, "outputs on demand are saved before they are settled");
         let experiment = self.experiment.unwrap_or(Experiment { start_s: 0.0, stop_s: 0.0 });
         let mut body = vec![self.phase as u8, u8::from(self.experiment.is_some())];
         body.extend(experiment.start_s.to_le_bytes());
