@@ -1,8 +1,8 @@
 //! What FMUs log, kept until an error wants it.
 //!
-//! An FMU's messages go to the process-wide `log` facade, as the `fmi` crate sends those of FMI 2.0,
-//! without saying which instance spoke. Calls into an FMU are synchronous, so whatever was logged on this thread during
-//! a failing call belongs to that call.
+//! An FMU's messages go to the process-wide `log` facade, as the `fmi` crate sends those of
+//! FMI 2.0, without saying which instance spoke. Calls into an FMU are synchronous, so whatever was
+//! logged on this thread during a failing call belongs to that call.
 
 use crate::status::{Status, level};
 use std::borrow::Cow;
