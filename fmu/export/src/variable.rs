@@ -79,7 +79,9 @@ impl Domain {
         Self::Boolean { start }
     }
 
-    pub(crate) const fn kind(&self) -> Kind {
+    /// Its type.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
         match self {
             Self::Float64 { .. } => Kind::Float64,
             Self::Int32 { .. } => Kind::Int32,
@@ -238,7 +240,9 @@ impl Variable {
         }
     }
 
-    pub(crate) const fn has_start(&self) -> bool {
+    /// Does it start from its table row, unless the importer sets it? Time and outputs do not.
+    #[must_use]
+    pub const fn has_start(&self) -> bool {
         matches!(self.role, Role::Parameter | Role::TunableParameter | Role::Input)
     }
 }
