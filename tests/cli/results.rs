@@ -39,6 +39,44 @@ fn fmu_list_names_both_models_and_their_variables() {
     assert_eq!(list.matches(" period_s ").count(), 1, "{list}");
 }
 
+#[test]
+fn fmu_list_shows_kind_causality_unit_and_start_in_columns() {
+    let list = Desk::new().done(&["fmu", "list"]);
+    let shown: Vec<Vec<&str>> =
+        list.lines().map(|line| line.split_whitespace().take(5).collect()).collect();
+    for row in [
+        "variable kind causality unit start",
+        "time Float64 independent s -",
+        "measured_rate_valid Boolean input 1 true",
+        "angle_sigma_rad Float64 output rad -",
+        "refinement_samples Int32 parameter 1 100",
+        "period_s Float64 parameter s 480.0",
+    ] {
+        let cells: Vec<_> = row.split(' ').collect();
+        assert!(shown.contains(&cells), "{row:?} not in:\n{list}");
+    }
+    // In each model's table every kind starts where the heading says.
+    let mut kind_column = 0;
+    for line in list.lines() {
+        let mut cells = line.split_whitespace();
+        match (line.starts_with("  "), cells.nth(1)) {
+            (true, Some("kind")) => kind_column = line.find("kind").unwrap(),
+            (true, Some(kind)) => assert!(line[kind_column..].starts_with(kind), "{line}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn fmu_list_ends_well_when_its_reader_has_seen_enough() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let desk = Desk::new();
+    let mut list = desk.command(&["fmu", "list"]);
+    let ended = list.stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    assert!(ended.status.success() && ended.stderr.is_empty(), "{ended:?}");
+}
+
 const FMUS: [&str; 4] = [
     "PermanentRotation_fmi2.fmu",
     "PermanentRotation_fmi3.fmu",

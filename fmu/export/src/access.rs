@@ -82,14 +82,18 @@ impl Instance {
     ) -> Result<(), Refusal> {
         check_counts(references.len(), values.len())?;
         let may_be_stale = self.phase() < Phase::Step;
+        let table = self.model_type().description.variables;
         for reference in references.iter() {
-            let variable = self.variable::<E>(reference)?;
+            let variable = row::<E>(table, reference)?;
             if may_be_stale && variable.role == Role::Output {
                 self.write_trial_outputs()?;
             }
+            if variable.on_demand && self.owes_outputs() {
+                self.settle_outputs();
+            }
         }
-        let current = self.values();
-        values.fill(references.iter().map(|reference| E::from_bits(current.bits(reference))));
+        let current = self.values().all_bits();
+        values.fill(references.iter().map(|vr| E::from_bits(current[vr as usize])));
         Ok(())
     }
 
@@ -102,8 +106,9 @@ impl Instance {
     ) -> Result<(), Refusal> {
         check_counts(references.len(), values.len())?;
         let phase = self.phase();
+        let table = self.model_type().description.variables;
         for (reference, value) in references.iter().zip(values.iter()) {
-            self.variable::<E>(reference)?.check_set(phase, E::to_bits(value))?;
+            row::<E>(table, reference)?.check_set(phase, E::to_bits(value))?;
         }
         let current = self.values_mut();
         for (reference, value) in references.iter().zip(values.iter()) {
@@ -111,21 +116,22 @@ impl Instance {
         }
         Ok(())
     }
+}
 
-    #[inline]
-    fn variable<E: Element>(
-        &self,
-        reference: ValueReference,
-    ) -> Result<&'static Variable, Refusal> {
-        let Some(variable) = self.model_type().description.variables.get(reference as usize) else {
-            return Err(Reason::UnknownVariable { reference }.into());
-        };
-        let is = variable.domain.kind();
-        if is != E::KIND {
-            return Err(Reason::WrongType { variable: variable.name, is, asked: E::KIND }.into());
-        }
-        Ok(variable)
+/// The row of a variable of type `E`.
+#[inline]
+fn row<E: Element>(
+    table: &'static [Variable],
+    reference: ValueReference,
+) -> Result<&'static Variable, Refusal> {
+    let Some(variable) = table.get(reference as usize) else {
+        return Err(Reason::UnknownVariable { reference }.into());
+    };
+    let is = variable.domain.kind();
+    if is != E::KIND {
+        return Err(Reason::WrongType { variable: variable.name, is, asked: E::KIND }.into());
     }
+    Ok(variable)
 }
 
 #[inline]

@@ -98,6 +98,8 @@ const fn check_row(variables: &[Variable], row: usize) {
     };
     // An output starts from a calculated value, not from its table row.
     assert!(within || matches!(variable.role, Role::Output), "a start value is out of bounds");
+    let output = matches!(variable.role, Role::Output);
+    assert!(output || !variable.on_demand, "only outputs are calculated on demand");
     let mut i = 0;
     while i < variable.start_depends_on.len() {
         let source = &variables[variable.start_depends_on[i] as usize];
@@ -210,6 +212,7 @@ mod tests {
         assert!(refused(|t| t[1].name = "time"));
         assert!(refused(|t| t[1].domain = Domain::not_negative(Unit::S, -1.0)));
         assert!(refused(|t| t[1].start_depends_on = &[0]));
+        assert!(refused(|t| t[1].on_demand = true));
         assert!(refused(|t| t.swap(0, 1)));
     }
 }

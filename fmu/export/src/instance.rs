@@ -157,6 +157,17 @@ impl Instance {
         Ok(())
     }
 
+    /// The outputs on demand are those of an earlier step.
+    #[inline]
+    pub(crate) fn owes_outputs(&self) -> bool {
+        self.state.owed
+    }
+
+    /// Brings the outputs on demand up to the last step.
+    pub(crate) fn settle_outputs(&mut self) {
+        self.state.settle();
+    }
+
     /// Outputs as they would be if initialisation ended now.
     #[cold]
     pub(crate) fn write_trial_outputs(&mut self) -> Result<(), Refusal> {
@@ -177,7 +188,7 @@ impl Instance {
     /// Advances from the communication point `time_s` by `step_s`.
     #[inline]
     pub(crate) fn do_step(&mut self, time_s: f64, step_s: f64) -> Result<(), Refusal> {
-        let State { phase: Phase::Step, running: Some(running), values, experiment } =
+        let State { phase: Phase::Step, running: Some(running), values, experiment, owed } =
             &mut self.state
         else {
             return self.require(Phase::Step, "steps follow initialization and end at termination");
@@ -186,6 +197,7 @@ impl Instance {
         let end_s = check_step(values.float64(TIME), stop_s, time_s, step_s)?;
         running.step(values, time_s, step_s)?;
         values.set_float64(TIME, end_s);
+        *owed = true;
         Ok(())
     }
 
@@ -203,6 +215,7 @@ impl Instance {
 
     /// Saves the present state over the one at `at`, or as a new one when `at` is null.
     pub(crate) fn save_state(&mut self, at: Handle) -> Result<Handle, Refusal> {
+        self.state.settle();
         self.snapshots.keep(at, self.state.to_body())
     }
 

@@ -1,6 +1,7 @@
 //! The trait that a model implements to become an FMU.
 
 use crate::description::ModelDescription;
+use crate::status::Refusal;
 use crate::values::Values;
 use crate::{FmiVersion, fmi2, fmi3};
 use std::borrow::Cow;
@@ -30,6 +31,12 @@ pub trait Model: Debug + Send + Sized + 'static {
     /// Writes the outputs that follow from the present state. Called after initialisation and
     /// after each completed step, never after a refused one.
     fn write_outputs(&self, values: &mut Values);
+
+    /// Writes the outputs whose rows are [on demand](crate::Variable::on_demand): those too dear
+    /// for every step and seldom read. Called, once per step at most, before one of them is read
+    /// or the state is saved. They must follow from the model alone: inputs may have been set since
+    /// the step.
+    fn write_outputs_on_demand(&self, _values: &mut Values) {}
 
     /// Appends everything that evolves, parameters excluded.
     fn save(&self, saved: &mut Vec<u8>);
@@ -71,14 +78,17 @@ pub enum ModelError {
 
 /// A model past initialisation, its type forgotten.
 pub(crate) trait Running: Debug + Send {
-    /// Steps, and writes the outputs if the step was not refused.
-    fn step(&mut self, values: &mut Values, time_s: f64, step_s: f64) -> Result<(), ModelError>;
+    /// Steps, and writes the outputs if the step was not refused, save those on demand. Refuses in
+    /// the C layer's terms, which fit a register.
+    fn step(&mut self, values: &mut Values, time_s: f64, step_s: f64) -> Result<(), Refusal>;
+    /// All outputs, those on demand included.
     fn write_outputs(&self, values: &mut Values);
+    fn write_outputs_on_demand(&self, values: &mut Values);
     fn save(&self, saved: &mut Vec<u8>);
 }
 
 impl<M: Model> Running for M {
-    fn step(&mut self, values: &mut Values, time_s: f64, step_s: f64) -> Result<(), ModelError> {
+    fn step(&mut self, values: &mut Values, time_s: f64, step_s: f64) -> Result<(), Refusal> {
         Model::step(self, values, time_s, step_s)?;
         Model::write_outputs(self, values);
         Ok(())
@@ -86,6 +96,11 @@ impl<M: Model> Running for M {
 
     fn write_outputs(&self, values: &mut Values) {
         Model::write_outputs(self, values);
+        Model::write_outputs_on_demand(self, values);
+    }
+
+    fn write_outputs_on_demand(&self, values: &mut Values) {
+        Model::write_outputs_on_demand(self, values);
     }
 
     fn save(&self, saved: &mut Vec<u8>) {

@@ -22,17 +22,30 @@ pub(crate) struct State {
     /// The model, from the end of initialisation on.
     pub(crate) running: Option<Box<dyn Running>>,
     pub(crate) values: Values,
+    /// The outputs on demand are still those of an earlier step.
+    pub(crate) owed: bool,
 }
 
 impl State {
     /// The state after instantiation.
     pub(crate) fn fresh(model_type: &ModelType) -> Self {
         let values = Values::starting(model_type.description.variables);
-        Self { phase: Phase::Instantiated, experiment: None, running: None, values }
+        Self { phase: Phase::Instantiated, experiment: None, running: None, values, owed: false }
     }
 
-    /// The body: phase, experiment, values, and the model's own bytes to the end.
+    /// Brings the outputs on demand up to the last step.
+    #[cold]
+    pub(crate) fn settle(&mut self) {
+        if let (true, Some(running)) = (self.owed, &self.running) {
+            running.write_outputs_on_demand(&mut self.values);
+        }
+        self.owed = false;
+    }
+
+    /// The body: phase, experiment, values, and the model's own bytes to the end. No output may
+    /// be owed: a restored model need not know how it came to its outputs.
     pub(crate) fn to_body(&self) -> Vec<u8> {
+        debug_assert!(!self.owed, "outputs on demand are saved before they are settled");
         let experiment = self.experiment.unwrap_or(Experiment { start_s: 0.0, stop_s: 0.0 });
         let mut body = vec![self.phase as u8, u8::from(self.experiment.is_some())];
         body.extend(experiment.start_s.to_le_bytes());

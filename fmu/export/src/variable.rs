@@ -79,7 +79,9 @@ impl Domain {
         Self::Boolean { start }
     }
 
-    pub(crate) const fn kind(&self) -> Kind {
+    /// Its type.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
         match self {
             Self::Float64 { .. } => Kind::Float64,
             Self::Int32 { .. } => Kind::Int32,
@@ -127,6 +129,7 @@ pub struct Variable {
     pub(crate) domain: Domain,
     pub(crate) description: &'static str,
     pub(crate) start_depends_on: &'static [ValueReference],
+    pub(crate) on_demand: bool,
 }
 
 impl Variable {
@@ -138,6 +141,7 @@ impl Variable {
         domain: Domain::float64(Unit::S, 0.0),
         description: "Current communication point.",
         start_depends_on: &[],
+        on_demand: false,
     };
 
     /// A variable with the given row number, name (ending in its unit) and meaning.
@@ -149,7 +153,8 @@ impl Variable {
         domain: Domain,
         description: &'static str,
     ) -> Self {
-        Self { value_reference, name, role, domain, description, start_depends_on: &[] }
+        let (start_depends_on, on_demand): (&'static [ValueReference], _) = (&[], false);
+        Self { value_reference, name, role, domain, description, start_depends_on, on_demand }
     }
 
     /// What it means, in a sentence.
@@ -162,6 +167,14 @@ impl Variable {
     #[must_use]
     pub const fn starting_from(mut self, references: &'static [ValueReference]) -> Self {
         self.start_depends_on = references;
+        self
+    }
+
+    /// Makes an output one that is calculated when it is read, not in every step: see
+    /// [`Model::write_outputs_on_demand`](crate::Model::write_outputs_on_demand).
+    #[must_use]
+    pub const fn on_demand(mut self) -> Self {
+        self.on_demand = true;
         self
     }
 
@@ -227,7 +240,9 @@ impl Variable {
         }
     }
 
-    pub(crate) const fn has_start(&self) -> bool {
+    /// Does it start from its table row, unless the importer sets it? Time and outputs do not.
+    #[must_use]
+    pub const fn has_start(&self) -> bool {
         matches!(self.role, Role::Parameter | Role::TunableParameter | Role::Input)
     }
 }

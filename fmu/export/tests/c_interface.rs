@@ -20,6 +20,8 @@ const FATAL: u32 = 4;
 const RATE_RAD_S: u32 = 1;
 const PANIC_NOW: u32 = 3;
 const ANGLE_RAD: u32 = 9;
+const COUNT: u32 = 10;
+const ODD: u32 = 11;
 
 /// Log lines of one instance; its address is the instance environment.
 #[derive(Default)]
@@ -83,6 +85,20 @@ fn get(instance: *mut c_void, reference: u32) -> f64 {
         unsafe { fmi3::fmi3GetFloat64(instance, &raw const reference, 1, &raw mut value, 1) };
     assert_eq!(status, OK);
     value
+}
+
+/// The probe's count, and whether it is odd, which it calculates on demand.
+fn count_and_odd(instance: *mut c_void) -> (i32, bool) {
+    let (count, odd) = ([COUNT], [ODD]);
+    let (mut counted, mut is_odd) = ([0], [false]);
+    // SAFETY: the arrays have one element each.
+    unsafe {
+        let status = fmi3::fmi3GetBoolean(instance, odd.as_ptr(), 1, is_odd.as_mut_ptr(), 1);
+        assert_eq!(status, OK);
+        let status = fmi3::fmi3GetInt32(instance, count.as_ptr(), 1, counted.as_mut_ptr(), 1);
+        assert_eq!(status, OK);
+    }
+    (counted[0], is_odd[0])
 }
 
 fn free(instance: *mut c_void) {
@@ -149,6 +165,43 @@ fn a_set_of_several_variables_takes_all_or_none() {
     let status =
         unsafe { fmi3::fmi3SetFloat64(instance, references.as_ptr(), 2, values.as_ptr(), 2) };
     assert_eq!((status, get(instance, RATE_RAD_S).to_bits()), (ERROR, 0.5_f64.to_bits()));
+    free(instance);
+}
+
+#[test]
+fn an_output_on_demand_is_that_of_the_last_completed_step() {
+    let mut lines = Lines::default();
+    let instance = running(&mut lines);
+    assert_eq!(count_and_odd(instance), (-7, true));
+    assert_eq!(step(instance, 0.0, 1.0), OK);
+    assert_eq!(count_and_odd(instance), (-6, false));
+    // Three steps of which nobody reads the outputs, and one that is refused.
+    for time_s in [1.0, 2.0, 3.0] {
+        assert_eq!(step(instance, time_s, 1.0), OK);
+    }
+    assert_eq!(step(instance, 9.0, 1.0), ERROR);
+    assert_eq!(count_and_odd(instance), (-3, true));
+    assert_eq!(step(instance, 4.0, 1.0), OK);
+    // SAFETY: a live instance, used by this thread alone.
+    assert_eq!(unsafe { fmi3::fmi3Terminate(instance) }, OK);
+    assert_eq!(count_and_odd(instance), (-2, false));
+    free(instance);
+}
+
+#[test]
+fn an_output_on_demand_is_saved_with_the_state_though_nobody_has_read_it() {
+    let mut lines = Lines::default();
+    let instance = running(&mut lines);
+    let mut state = null_mut();
+    assert_eq!(step(instance, 0.0, 1.0), OK);
+    // SAFETY: a live instance, used by this thread alone, and a pointer to a local.
+    assert_eq!(unsafe { fmi3::fmi3GetFMUState(instance, &raw mut state) }, OK);
+    assert_eq!(count_and_odd(instance), (-6, false));
+    // Restored while the output of a later step is still to be calculated.
+    assert_eq!(step(instance, 1.0, 1.0), OK);
+    // SAFETY: as above.
+    assert_eq!(unsafe { fmi3::fmi3SetFMUState(instance, state) }, OK);
+    assert_eq!(count_and_odd(instance), (-6, false));
     free(instance);
 }
 

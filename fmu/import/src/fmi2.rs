@@ -1,14 +1,20 @@
-//! FMI 2.0 through the `fmi` crate.
+//! FMI 2.0: description, binding and callbacks by the `fmi` crate, calls straight to the FMU, for
+//! the reasons given in the module `fmi3`.
+
+#![expect(unsafe_code, reason = "calls into the FMU; every block states why it is sound")]
 
 use crate::description::{FmiVersion, FmuDescription, Kind, ValueReference, Variable};
 use crate::error::{ImportError, not_an_fmu};
+use crate::status::{Status, check};
 use crate::{Importer, Instance, messages};
+use fmi::fmi2::CallbackFunctions;
+use fmi::fmi2::binding::{
+    Fmi2Binding, fmi2Boolean, fmi2Component, fmi2Type_fmi2CoSimulation, fmi2ValueReference,
+};
 use fmi::fmi2::import::Fmi2Import;
-use fmi::fmi2::instance::InstanceCS;
-use fmi::fmi2::instance::{CoSimulation, Common};
-use fmi::fmi2::{Fmi2Error, Fmi2Res};
 use fmi::schema::fmi2::ScalarVariableElement;
 use fmi::traits::FmiImport;
+use std::ffi::{CString, NulError};
 use std::path::Path;
 
 pub(crate) struct Fmi2 {
@@ -42,9 +48,9 @@ impl Fmi2 {
         Ok(Self { import, description })
     }
 
-    /// Why the shared library cannot be used. Every function that an instance calls is looked up
-    /// here, because the `fmi` crate panics when it calls one that is not there.
-    fn check_library(&self) -> Result<(), String> {
+    /// Loads the shared library. Every function that an instance calls is looked up here, because
+    /// the binding panics when it calls one that is not there.
+    fn library(&self) -> Result<(Fmi2Binding, StepFunctions), String> {
         let co_simulation = self.import.model_description().co_simulation.as_ref();
         let name = co_simulation.map_or("", |interface| &interface.model_identifier);
         let library = self.import.binding(name).map_err(|error| error.to_string())?;
@@ -53,15 +59,45 @@ impl Fmi2 {
             library.fmi2SetupExperiment.as_ref().err(),
             library.fmi2EnterInitializationMode.as_ref().err(),
             library.fmi2ExitInitializationMode.as_ref().err(),
-            library.fmi2SetReal.as_ref().err(),
             library.fmi2SetInteger.as_ref().err(),
             library.fmi2SetBoolean.as_ref().err(),
-            library.fmi2GetReal.as_ref().err(),
-            library.fmi2DoStep.as_ref().err(),
             library.fmi2Terminate.as_ref().err(),
             library.fmi2FreeInstance.as_ref().err(),
         ];
-        lacks.into_iter().flatten().next().map_or(Ok(()), |error| Err(error.to_string()))
+        if let Some(error) = lacks.into_iter().flatten().next() {
+            return Err(error.to_string());
+        }
+        let step = StepFunctions {
+            set_real: *library.fmi2SetReal.as_ref().map_err(ToString::to_string)?,
+            get_real: *library.fmi2GetReal.as_ref().map_err(ToString::to_string)?,
+            do_step: *library.fmi2DoStep.as_ref().map_err(ToString::to_string)?,
+        };
+        Ok((library, step))
+    }
+
+    /// A new instance in the FMU; null if it refuses. `callbacks` must outlive it.
+    fn handle(
+        &self,
+        library: &Fmi2Binding,
+        name: &str,
+        callbacks: &CallbackFunctions,
+    ) -> Result<fmi2Component, NulError> {
+        let token = CString::new(self.description.token.as_str())?;
+        let resources = CString::new(self.import.canonical_resource_path_string())?;
+        let name = CString::new(name)?;
+        // SAFETY: the texts are terminated and outlive the call, the callbacks have the layout of
+        // the C header and outlive the instance, and the function was found.
+        Ok(unsafe {
+            library.fmi2Instantiate(
+                name.as_ptr(),
+                fmi2Type_fmi2CoSimulation,
+                token.as_ptr(),
+                resources.as_ptr(),
+                (&raw const *callbacks).cast(),
+                0,
+                1,
+            )
+        })
     }
 }
 
@@ -79,51 +115,56 @@ impl Importer for Fmi2 {
     fn instantiate(&self, name: &str) -> Result<Box<dyn Instance>, ImportError> {
         messages::take();
         let model = || self.description.model_name.clone();
-        self.check_library().map_err(|reason| ImportError::Load { model: model(), reason })?;
-        match InstanceCS::new(&self.import, name, false, true) {
-            Ok(instance) => Ok(Box::new(Slave { instance, name: name.to_owned() })),
-            Err(fmi::Error::Instantiation) => {
-                Err(ImportError::Refused { model: model(), messages: messages::take() })
-            }
-            Err(e) => Err(ImportError::Load { model: model(), reason: e.to_string() }),
+        let load = |reason| ImportError::Load { model: model(), reason };
+        let (library, step) = self.library().map_err(load)?;
+        let callbacks = Box::<CallbackFunctions>::default();
+        let handle = self.handle(&library, name, &callbacks);
+        let handle = handle.map_err(|error| load(error.to_string()))?;
+        if handle.is_null() {
+            return Err(ImportError::Refused { model: model(), messages: messages::take() });
         }
+        Ok(Box::new(Slave { library, handle, step, name: name.to_owned(), _callbacks: callbacks }))
     }
 }
 
+/// What every step calls, looked up once: the binding asks in each call whether it is there.
+#[derive(Clone, Copy)]
+struct StepFunctions {
+    set_real: SetReal,
+    get_real: GetReal,
+    do_step: DoStep,
+}
+
+type SetReal =
+    unsafe extern "C" fn(fmi2Component, *const fmi2ValueReference, usize, *const f64) -> Status;
+type GetReal =
+    unsafe extern "C" fn(fmi2Component, *const fmi2ValueReference, usize, *mut f64) -> Status;
+type DoStep = unsafe extern "C" fn(fmi2Component, f64, f64, fmi2Boolean) -> Status;
+
+/// One instance.
+///
+/// That the calls below are sound rests on this: `handle` came from `library`, which stays loaded
+/// and in which every function was found; being no `Send`, the instance stays on its thread; and
+/// it is freed when dropped, after which no call can follow, and before its callbacks.
 struct Slave {
-    instance: InstanceCS,
+    library: Fmi2Binding,
+    handle: fmi2Component,
+    step: StepFunctions,
     name: String,
+    /// The FMU keeps their address.
+    _callbacks: Box<CallbackFunctions>,
+}
+
+impl Drop for Slave {
+    fn drop(&mut self) {
+        // SAFETY: see the type.
+        unsafe { self.library.fmi2FreeInstance(self.handle) }
+    }
 }
 
 impl std::fmt::Debug for Slave {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Fmi2Slave").field("name", &self.name).finish_non_exhaustive()
-    }
-}
-
-impl Slave {
-    #[inline]
-    fn check(
-        &self,
-        call: &'static str,
-        result: Result<Fmi2Res, Fmi2Error>,
-    ) -> Result<(), ImportError> {
-        match result {
-            Ok(_) => Ok(()),
-            Err(status) => Err(self.refusal(call, &status)),
-        }
-    }
-
-    #[cold]
-    fn refusal(&self, call: &'static str, status: &Fmi2Error) -> ImportError {
-        let status = match status {
-            Fmi2Error::TypesPlatformMismatch(_) => "TypesPlatformMismatch",
-            Fmi2Error::Discard => "Discard",
-            Fmi2Error::Error => "Error",
-            Fmi2Error::Fatal => "Fatal",
-        };
-        let messages = messages::take();
-        ImportError::Call { instance: self.name.clone(), call, status, messages }
     }
 }
 
@@ -133,18 +174,24 @@ impl Instance for Slave {
         references: &[ValueReference],
         values: &[f64],
     ) -> Result<(), ImportError> {
-        let result = self.instance.set_real(ValueReference::as_raw(references), values);
-        self.check("SetReal", result)
+        assert_eq!(references.len(), values.len(), "FMI 2.0 passes one length for both");
+        let (n, vr) = (references.len(), ValueReference::as_raw(references).as_ptr());
+        // SAFETY: see the type; both arrays have `n` elements.
+        let status = unsafe { (self.step.set_real)(self.handle, vr, n, values.as_ptr()) };
+        check(&self.name, "SetReal", status)
     }
 
     fn set_i32(&mut self, reference: ValueReference, value: i32) -> Result<(), ImportError> {
-        let result = self.instance.set_integer(&[reference.0], &[value]);
-        self.check("SetInteger", result)
+        // SAFETY: see the type; one reference, one value.
+        let status = unsafe { self.library.fmi2SetInteger(self.handle, &reference.0, 1, &value) };
+        check(&self.name, "SetInteger", status)
     }
 
     fn set_bool(&mut self, reference: ValueReference, value: bool) -> Result<(), ImportError> {
-        let result = self.instance.set_boolean(&[reference.0], &[i32::from(value)]);
-        self.check("SetBoolean", result)
+        let value = fmi2Boolean::from(value);
+        // SAFETY: see the type; one reference, one value.
+        let status = unsafe { self.library.fmi2SetBoolean(self.handle, &reference.0, 1, &value) };
+        check(&self.name, "SetBoolean", status)
     }
 
     fn get_f64(
@@ -152,26 +199,35 @@ impl Instance for Slave {
         references: &[ValueReference],
         values: &mut [f64],
     ) -> Result<(), ImportError> {
-        let result = self.instance.get_real(ValueReference::as_raw(references), values);
-        self.check("GetReal", result)
+        assert_eq!(references.len(), values.len(), "FMI 2.0 passes one length for both");
+        let (n, vr) = (references.len(), ValueReference::as_raw(references).as_ptr());
+        // SAFETY: see the type; both arrays have `n` elements.
+        let status = unsafe { (self.step.get_real)(self.handle, vr, n, values.as_mut_ptr()) };
+        check(&self.name, "GetReal", status)
     }
 
     fn initialise(&mut self, start_s: f64) -> Result<(), ImportError> {
-        let set_up = self.instance.setup_experiment(None, start_s, None);
-        self.check("SetupExperiment", set_up)?;
-        let entered = Common::enter_initialization_mode(&mut self.instance);
-        self.check("EnterInitializationMode", entered)?;
-        let left = Common::exit_initialization_mode(&mut self.instance);
-        self.check("ExitInitializationMode", left)
+        // SAFETY: see the type.
+        let set_up =
+            unsafe { self.library.fmi2SetupExperiment(self.handle, 0, 0.0, start_s, 0, 0.0) };
+        check(&self.name, "SetupExperiment", set_up)?;
+        // SAFETY: see the type.
+        let entered = unsafe { self.library.fmi2EnterInitializationMode(self.handle) };
+        check(&self.name, "EnterInitializationMode", entered)?;
+        // SAFETY: see the type.
+        let left = unsafe { self.library.fmi2ExitInitializationMode(self.handle) };
+        check(&self.name, "ExitInitializationMode", left)
     }
 
     fn do_step(&mut self, time_s: f64, step_s: f64) -> Result<(), ImportError> {
-        let result = self.instance.do_step(time_s, step_s, true);
-        self.check("DoStep", result)
+        // SAFETY: see the type.
+        let status = unsafe { (self.step.do_step)(self.handle, time_s, step_s, 1) };
+        check(&self.name, "DoStep", status)
     }
 
     fn terminate(&mut self) -> Result<(), ImportError> {
-        let result = Common::terminate(&mut self.instance);
-        self.check("Terminate", result)
+        // SAFETY: see the type.
+        let status = unsafe { self.library.fmi2Terminate(self.handle) };
+        check(&self.name, "Terminate", status)
     }
 }

@@ -1,14 +1,21 @@
-//! FMI 3.0 through the `fmi` crate.
+//! FMI 3.0: description and binding by the `fmi` crate, calls straight to the FMU.
+//!
+//! The crate's own instance is not used: it goes through two more functions in each call, and ends
+//! the process when an FMU answers or logs with a status that the standard does not know.
+
+#![expect(unsafe_code, reason = "calls into the FMU; every block states why it is sound")]
 
 use crate::description::{FmiVersion, FmuDescription, Kind, ValueReference, Variable};
 use crate::error::{ImportError, not_an_fmu};
+use crate::status::{Status, check};
 use crate::{Importer, Instance, messages};
+use fmi::fmi3::binding::{Fmi3Binding, fmi3Instance, fmi3ValueReference};
 use fmi::fmi3::import::Fmi3Import;
-use fmi::fmi3::instance::InstanceCS;
-use fmi::fmi3::{CoSimulation, Common, Fmi3Error, Fmi3Model, Fmi3Res, GetSet};
 use fmi::schema::fmi3::VariableType;
 use fmi::traits::FmiImport;
+use std::ffi::{CString, NulError};
 use std::path::Path;
+use std::ptr::{null, null_mut};
 
 pub(crate) struct Fmi3 {
     import: Fmi3Import,
@@ -41,9 +48,9 @@ impl Fmi3 {
         Ok(Self { import, description })
     }
 
-    /// Why the shared library cannot be used. Every function that an instance calls is looked up
-    /// here, because the `fmi` crate panics when it calls one that is not there.
-    fn check_library(&self) -> Result<(), String> {
+    /// Loads the shared library. Every function that an instance calls is looked up here, because
+    /// the binding panics when it calls one that is not there.
+    fn library(&self) -> Result<(Fmi3Binding, StepFunctions), String> {
         let co_simulation = self.import.model_description().co_simulation.as_ref();
         let name = co_simulation.map_or("", |interface| &interface.model_identifier);
         let library = self.import.binding(name).map_err(|error| error.to_string())?;
@@ -51,15 +58,45 @@ impl Fmi3 {
             library.fmi3InstantiateCoSimulation.as_ref().err(),
             library.fmi3EnterInitializationMode.as_ref().err(),
             library.fmi3ExitInitializationMode.as_ref().err(),
-            library.fmi3SetFloat64.as_ref().err(),
             library.fmi3SetInt32.as_ref().err(),
             library.fmi3SetBoolean.as_ref().err(),
-            library.fmi3GetFloat64.as_ref().err(),
-            library.fmi3DoStep.as_ref().err(),
             library.fmi3Terminate.as_ref().err(),
             library.fmi3FreeInstance.as_ref().err(),
         ];
-        lacks.into_iter().flatten().next().map_or(Ok(()), |error| Err(error.to_string()))
+        if let Some(error) = lacks.into_iter().flatten().next() {
+            return Err(error.to_string());
+        }
+        let step = StepFunctions {
+            set_float64: *library.fmi3SetFloat64.as_ref().map_err(ToString::to_string)?,
+            get_float64: *library.fmi3GetFloat64.as_ref().map_err(ToString::to_string)?,
+            do_step: *library.fmi3DoStep.as_ref().map_err(ToString::to_string)?,
+        };
+        Ok((library, step))
+    }
+
+    /// A new instance in the FMU; null if it refuses.
+    fn handle(&self, library: &Fmi3Binding, name: &str) -> Result<fmi3Instance, NulError> {
+        let token = CString::new(self.description.token.as_str())?;
+        let resources = CString::new(self.import.canonical_resource_path_string())?;
+        let name = CString::new(name)?;
+        // SAFETY: the texts are terminated and outlive the call, no intermediate variables are
+        // promised, the log callback asks nothing of its environment, and the function was found.
+        Ok(unsafe {
+            library.fmi3InstantiateCoSimulation(
+                name.as_ptr(),
+                token.as_ptr(),
+                resources.as_ptr(),
+                false,
+                true,
+                false,
+                false,
+                null(),
+                0,
+                null_mut(),
+                Some(messages::fmi3_log_message),
+                None,
+            )
+        })
     }
 }
 
@@ -77,50 +114,66 @@ impl Importer for Fmi3 {
     fn instantiate(&self, name: &str) -> Result<Box<dyn Instance>, ImportError> {
         messages::take();
         let model = || self.description.model_name.clone();
-        self.check_library().map_err(|reason| ImportError::Load { model: model(), reason })?;
-        match self.import.instantiate_cs(name, false, true, false, false, &[]) {
-            Ok(instance) => Ok(Box::new(Slave { instance, name: name.to_owned() })),
-            Err(fmi::Error::Instantiation) => {
-                Err(ImportError::Refused { model: model(), messages: messages::take() })
-            }
-            Err(e) => Err(ImportError::Load { model: model(), reason: e.to_string() }),
+        let load = |reason| ImportError::Load { model: model(), reason };
+        let (library, step) = self.library().map_err(load)?;
+        let handle = self.handle(&library, name).map_err(|error| load(error.to_string()))?;
+        if handle.is_null() {
+            return Err(ImportError::Refused { model: model(), messages: messages::take() });
         }
+        Ok(Box::new(Slave { library, handle, step, name: name.to_owned() }))
     }
 }
 
+/// What every step calls, looked up once: the binding asks in each call whether it is there.
+#[derive(Clone, Copy)]
+struct StepFunctions {
+    set_float64: SetFloat64,
+    get_float64: GetFloat64,
+    do_step: DoStep,
+}
+
+type SetFloat64 = unsafe extern "C" fn(
+    fmi3Instance,
+    *const fmi3ValueReference,
+    usize,
+    *const f64,
+    usize,
+) -> Status;
+type GetFloat64 =
+    unsafe extern "C" fn(fmi3Instance, *const fmi3ValueReference, usize, *mut f64, usize) -> Status;
+type DoStep = unsafe extern "C" fn(
+    fmi3Instance,
+    f64,
+    f64,
+    bool,
+    *mut bool,
+    *mut bool,
+    *mut bool,
+    *mut f64,
+) -> Status;
+
+/// One instance.
+///
+/// That the calls below are sound rests on this: `handle` came from `library`, which stays loaded
+/// and in which every function was found; being no `Send`, the instance stays on its thread; and
+/// it is freed when dropped, after which no call can follow.
 struct Slave {
-    instance: InstanceCS,
+    library: Fmi3Binding,
+    handle: fmi3Instance,
+    step: StepFunctions,
     name: String,
+}
+
+impl Drop for Slave {
+    fn drop(&mut self) {
+        // SAFETY: see the type.
+        unsafe { self.library.fmi3FreeInstance(self.handle) }
+    }
 }
 
 impl std::fmt::Debug for Slave {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Fmi3Slave").field("name", &self.name).finish_non_exhaustive()
-    }
-}
-
-impl Slave {
-    #[inline]
-    fn check(
-        &self,
-        call: &'static str,
-        result: Result<Fmi3Res, Fmi3Error>,
-    ) -> Result<(), ImportError> {
-        match result {
-            Ok(_) => Ok(()),
-            Err(status) => Err(self.refusal(call, &status)),
-        }
-    }
-
-    #[cold]
-    fn refusal(&self, call: &'static str, status: &Fmi3Error) -> ImportError {
-        let status = match status {
-            Fmi3Error::Discard => "Discard",
-            Fmi3Error::Error => "Error",
-            Fmi3Error::Fatal => "Fatal",
-        };
-        let messages = messages::take();
-        ImportError::Call { instance: self.name.clone(), call, status, messages }
     }
 }
 
@@ -130,18 +183,24 @@ impl Instance for Slave {
         references: &[ValueReference],
         values: &[f64],
     ) -> Result<(), ImportError> {
-        let result = self.instance.set_float64(ValueReference::as_raw(references), values);
-        self.check("SetFloat64", result)
+        let (n, vr) = (references.len(), ValueReference::as_raw(references).as_ptr());
+        // SAFETY: see the type; both arrays go with their lengths.
+        let status =
+            unsafe { (self.step.set_float64)(self.handle, vr, n, values.as_ptr(), values.len()) };
+        check(&self.name, "SetFloat64", status)
     }
 
     fn set_i32(&mut self, reference: ValueReference, value: i32) -> Result<(), ImportError> {
-        let result = self.instance.set_int32(&[reference.0], &[value]);
-        self.check("SetInt32", result)
+        // SAFETY: see the type; one reference, one value.
+        let status = unsafe { self.library.fmi3SetInt32(self.handle, &reference.0, 1, &value, 1) };
+        check(&self.name, "SetInt32", status)
     }
 
     fn set_bool(&mut self, reference: ValueReference, value: bool) -> Result<(), ImportError> {
-        let result = self.instance.set_boolean(&[reference.0], &[value]);
-        self.check("SetBoolean", result)
+        // SAFETY: see the type; one reference, one value.
+        let status =
+            unsafe { self.library.fmi3SetBoolean(self.handle, &reference.0, 1, &value, 1) };
+        check(&self.name, "SetBoolean", status)
     }
 
     fn get_f64(
@@ -149,38 +208,58 @@ impl Instance for Slave {
         references: &[ValueReference],
         values: &mut [f64],
     ) -> Result<(), ImportError> {
-        let result = self.instance.get_float64(ValueReference::as_raw(references), values);
-        self.check("GetFloat64", result)
+        let (n, vr) = (references.len(), ValueReference::as_raw(references).as_ptr());
+        // SAFETY: see the type; both arrays go with their lengths.
+        let status = unsafe {
+            (self.step.get_float64)(self.handle, vr, n, values.as_mut_ptr(), values.len())
+        };
+        check(&self.name, "GetFloat64", status)
     }
 
     fn initialise(&mut self, start_s: f64) -> Result<(), ImportError> {
-        let entered = Common::enter_initialization_mode(&mut self.instance, None, start_s, None);
-        self.check("EnterInitializationMode", entered)?;
-        let left = Common::exit_initialization_mode(&mut self.instance);
-        self.check("ExitInitializationMode", left)
+        // SAFETY: see the type.
+        let entered = unsafe {
+            self.library.fmi3EnterInitializationMode(self.handle, false, 0.0, start_s, false, 0.0)
+        };
+        check(&self.name, "EnterInitializationMode", entered)?;
+        // SAFETY: see the type.
+        let left = unsafe { self.library.fmi3ExitInitializationMode(self.handle) };
+        check(&self.name, "ExitInitializationMode", left)
     }
 
     fn do_step(&mut self, time_s: f64, step_s: f64) -> Result<(), ImportError> {
-        let (mut event, mut terminate, mut early, mut reached_s) = (false, false, false, 0.0);
-        let result = self.instance.do_step(
-            time_s,
-            step_s,
-            true,
-            &mut event,
-            &mut terminate,
-            &mut early,
-            &mut reached_s,
-        );
-        self.check("DoStep", result)?;
-        if terminate || early {
-            let instance = self.name.clone();
-            return Err(ImportError::StoppedEarly { instance, time_s: reached_s });
+        let (mut event, mut terminate, mut early, mut reached_s) = (0_u8, 0_u8, 0_u8, 0.0);
+        // SAFETY: see the type; the results are this function's own. The Booleans are read as
+        // bytes, for an FMU may write what is no `bool`.
+        let status = unsafe {
+            (self.step.do_step)(
+                self.handle,
+                time_s,
+                step_s,
+                true,
+                (&raw mut event).cast(),
+                (&raw mut terminate).cast(),
+                (&raw mut early).cast(),
+                &raw mut reached_s,
+            )
+        };
+        check(&self.name, "DoStep", status)?;
+        if terminate | early != 0 {
+            return Err(self.stopped_early(reached_s));
         }
         Ok(())
     }
 
     fn terminate(&mut self) -> Result<(), ImportError> {
-        let result = Common::terminate(&mut self.instance);
-        self.check("Terminate", result)
+        // SAFETY: see the type.
+        let status = unsafe { self.library.fmi3Terminate(self.handle) };
+        check(&self.name, "Terminate", status)
+    }
+}
+
+impl Slave {
+    #[cold]
+    fn stopped_early(&self, time_s: f64) -> ImportError {
+        ImportError::StoppedEarly { instance: self.name.clone(), time_s }
     }
 }

@@ -14,6 +14,7 @@ mod error;
 mod fmi2;
 mod fmi3;
 mod messages;
+mod status;
 
 pub use description::{FmiVersion, FmuDescription, Kind, ValueReference, Variable};
 pub use error::ImportError;

@@ -7,8 +7,8 @@
 use std::borrow::Cow;
 use std::fmt::Debug;
 use struna_estimator::{
-    ConfigError, EstimatorError, Filter, FilterConfig, Innovation, Motion, RateEstimator, Reading,
-    Refinement, RestoreError,
+    ConfigError, Covariance, EstimatorError, Filter, FilterConfig, Innovation, Motion,
+    RateEstimator, Reading, Refinement, RestoreError,
 };
 use struna_fmi_export::{
     DefaultExperiment, Domain, Model, ModelDescription, ModelError, Role, Unit, ValueReference,
@@ -82,7 +82,8 @@ pub(crate) const COMMON_VARIABLES: [Variable; COMMON_ROWS] = {
             rad,
             "Standard deviation of the angle that the filter claims.",
         )
-        .starting_from(&[ANGLE_VARIANCE_START_RAD2]),
+        .starting_from(&[ANGLE_VARIANCE_START_RAD2])
+        .on_demand(),
         V::new(
             RATE_SIGMA_RAD_S,
             Output,
@@ -90,7 +91,8 @@ pub(crate) const COMMON_VARIABLES: [Variable; COMMON_ROWS] = {
             rad_s,
             "Standard deviation of the rate that the filter claims.",
         )
-        .starting_from(&[RATE_VARIANCE_START_RAD2_S2]),
+        .starting_from(&[RATE_VARIANCE_START_RAD2_S2])
+        .on_demand(),
         V::new(
             INNOVATION_RAD_S,
             Output,
@@ -105,7 +107,8 @@ pub(crate) const COMMON_VARIABLES: [Variable; COMMON_ROWS] = {
             one,
             "Normalised innovation squared, 1 on average when the filter is consistent; \
              0 after a step without measurement.",
-        ),
+        )
+        .on_demand(),
         V::new(ANGLE_START_RAD, Parameter, "angle_start_rad", rad, "Believed angle at the start."),
         V::new(
             RATE_START_RAD_S,
@@ -205,9 +208,14 @@ impl<M: ExportedMotion> Model for FilterModel<M> {
         let belief = self.filter.belief();
         values.set_float64(ANGLE_RAD, belief.angle_rad);
         values.set_float64(RATE_RAD_S, belief.rate_rad_s);
-        values.set_float64(ANGLE_SIGMA_RAD, belief.covariance.angle_rad2.sqrt());
-        values.set_float64(RATE_SIGMA_RAD_S, belief.covariance.rate_rad2_s2.sqrt());
         values.set_float64(INNOVATION_RAD_S, self.innovation.map_or(0.0, |i| i.residual_rad_s));
+    }
+
+    /// Two square roots and a division, a good part of what the step itself costs.
+    fn write_outputs_on_demand(&self, values: &mut Values) {
+        let Covariance { angle_rad2, rate_rad2_s2, .. } = self.filter.belief().covariance;
+        values.set_float64(ANGLE_SIGMA_RAD, angle_rad2.sqrt());
+        values.set_float64(RATE_SIGMA_RAD_S, rate_rad2_s2.sqrt());
         values.set_float64(NIS, self.innovation.map_or(0.0, |i| i.nis()));
     }
 

@@ -59,7 +59,8 @@ static VARIABLES: [Variable; 12] = {
         Variable::new(COUNT, Output, "count", Domain::int32(0, i32::MIN, i32::MAX), "Sum.")
             .starting_from(&[COUNT_START]),
         Variable::new(ODD, Output, "odd", Domain::boolean(false), "The count is odd.")
-            .starting_from(&[COUNT_START]),
+            .starting_from(&[COUNT_START])
+            .on_demand(),
     ]
 };
 
@@ -105,6 +106,9 @@ impl Model for Probe {
     fn write_outputs(&self, values: &mut Values) {
         values.set_float64(ANGLE_RAD, self.angle_rad);
         values.set_int32(COUNT, self.count);
+    }
+
+    fn write_outputs_on_demand(&self, values: &mut Values) {
         values.set_boolean(ODD, self.count % 2 != 0);
     }
 
