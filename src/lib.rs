@@ -4,6 +4,7 @@
 //! a run; [`session`] builds the chain for it and gathers the [`record`]; [`score`] and [`figure`]
 //! read the record and nothing else.
 
+pub mod backend;
 pub mod cli;
 pub mod commands;
 pub mod figure;
