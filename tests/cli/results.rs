@@ -23,6 +23,7 @@ fn the_help_of_every_command_shows_an_example() {
         (&["demo"], "\n  struna demo --out "),
         (&["run"], "\n  struna run scenarios/demo.toml"),
         (&["truth"], "\n  struna truth scenarios/swing.toml --csv truth.csv"),
+        (&["compare"], "\n  struna compare lagrange.csv rapier.csv"),
         (&["fmu"], "\n  struna fmu list"),
         (&["fmu", "build"], "\n  struna fmu build --out "),
         (&["fmu", "list"], "\n  struna fmu list"),
