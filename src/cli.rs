@@ -37,6 +37,14 @@ Ctrl-C ends the run early; what came until then is recorded and scored.")]
     #[command(after_help = "Example:
   struna truth scenarios/swing.toml --csv truth.csv")]
     Truth(Truth),
+    /// Print how far two truth files or records are apart, column by column
+    #[command(after_help = "Examples:
+  struna compare lagrange.csv rapier.csv
+  struna compare out/a/record.csv out/b/record.csv
+  struna compare truth.csv finer.csv --tolerance-rad 1e-7
+
+Rows are matched by time; one file may have more of them. The attitude is compared as one angle.")]
+    Compare(Compare),
     /// Build or list the FMUs
     #[command(
         subcommand,
@@ -81,6 +89,25 @@ pub struct Truth {
     /// CSV file to write
     #[arg(long, value_name = "FILE")]
     pub csv: PathBuf,
+}
+
+/// Arguments of `struna compare`.
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// CSV file of `struna truth` or `struna run`
+    #[arg(value_name = "A.csv")]
+    pub a: PathBuf,
+    /// The file to compare it with
+    #[arg(value_name = "B.csv")]
+    pub b: PathBuf,
+    /// End with exit code 1 when the attitude or a column in rad differs by more
+    #[arg(long, value_name = "X", value_parser = tolerance, allow_negative_numbers = true)]
+    pub tolerance_rad: Option<f64>,
+}
+
+fn tolerance(text: &str) -> Result<f64, &'static str> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number >= 0.0);
+    number.ok_or("write a number of at least 0")
 }
 
 /// FMU commands.

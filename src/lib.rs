@@ -2,10 +2,12 @@
 //!
 //! `main.rs` parses the command line and hands over to [`commands`]. A [`scenario`] file describes
 //! a run; [`session`] builds the chain for it and gathers the [`record`]; [`score`] and [`figure`]
-//! read the record and nothing else.
+//! read the record and nothing else, and [`mod@compare`] tells how far two results are apart.
 
+pub mod backend;
 pub mod cli;
 pub mod commands;
+pub mod compare;
 pub mod figure;
 pub mod fmu;
 pub mod in_process;

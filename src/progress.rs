@@ -1,32 +1,53 @@
-//! A progress bar in simulated time, for people at a terminal.
+//! A progress bar for people at a terminal.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::time::Duration;
 use struna_kernel::SimTime;
 
-/// Shows how far a run has come; silent when standard error is no terminal.
+/// What is done sooner than this shows no bar.
+const SHOWN_AFTER: Duration = Duration::from_secs(1);
+
+/// Shows how far a command has come, once it has taken a second; silent when standard error is no
+/// terminal.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
+    shown: bool,
 }
 
 impl Progress {
-    /// A bar that is full at `end`.
+    /// A bar in simulated time that is full at `end`.
+    #[must_use]
+    pub fn new(end: SimTime, name: &str) -> Self {
+        Self::of_length(milliseconds(end), name)
+    }
+
+    /// A bar that is full at `length`.
     ///
     /// # Panics
     /// Never: the template is constant and tested.
     #[must_use]
-    pub fn new(end: SimTime, name: &str) -> Self {
-        let bar = ProgressBar::new(milliseconds(end));
+    pub fn of_length(length: u64, name: &str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta:>4}")
             .expect("the template is constant");
         bar.set_style(style);
         bar.set_message(name.to_owned());
-        Self { bar }
+        Self { bar, shown: false }
     }
 
     /// Moves to `time`.
     pub fn advance(&mut self, time: SimTime) {
-        self.bar.set_position(milliseconds(time));
+        self.reach(milliseconds(time));
+    }
+
+    /// Moves to `position`.
+    pub fn reach(&mut self, position: u64) {
+        self.bar.set_position(position);
+        if !self.shown && self.bar.elapsed() >= SHOWN_AFTER {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            self.shown = true;
+        }
     }
 
     /// Removes the bar.

@@ -1,5 +1,6 @@
 //! `score.json`: what happened in a run, for other programs, and the lines that a person reads.
 
+use crate::backend;
 use crate::record::Record;
 use crate::scenario::Scenario;
 use crate::score::{EstimatorScore, Score};
@@ -17,9 +18,11 @@ pub struct Report<'a> {
     program_version: &'static str,
     scenario: &'a str,
     seed: u64,
+    backend: String,
     duration_s: f64,
     recorded_until_s: f64,
     interrupted: bool,
+    stopped: Option<String>,
     rate_samples: usize,
     line: LineReport,
     pacing: Option<PacingReport>,
@@ -61,12 +64,14 @@ impl<'a> Report<'a> {
             program_version: env!("CARGO_PKG_VERSION"),
             scenario: &scenario.name,
             seed: scenario.seed.0,
+            backend: backend::sentence(&scenario.source),
             duration_s: scenario.duration.as_s(),
             recorded_until_s: record
                 .column("time")
                 .and_then(|time| time.last().copied())
                 .unwrap_or(0.0),
             interrupted: run.interrupted,
+            stopped: run.stopped.as_ref().map(ToString::to_string),
             rate_samples: record.rows(),
             line: LineReport {
                 frame: scenario.frame.name().to_owned(),
@@ -97,6 +102,7 @@ impl<'a> Report<'a> {
 impl fmt::Display for Report<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = &self.line;
+        writeln!(f, "truth   {}", self.backend)?;
         write!(
             f,
             "line    {} frames sent, {} received, {} lost, {} bad checks, {} over range ({})",
@@ -115,7 +121,7 @@ impl fmt::Display for Report<'_> {
                 pacing.late_max_s * 1e3,
             )?;
         }
-        if self.interrupted {
+        if self.interrupted || self.stopped.is_some() {
             write!(
                 f,
                 "\nstopped at {} s of {} s; everything until then is recorded",

@@ -47,8 +47,12 @@ impl std::fmt::Debug for Drive<'_> {
 
 /// Runs `scenario` through gyro, frames, pseudo-terminal, decoder and estimators.
 ///
+/// A motion that ends early ends the run with what came until then, as a stop from outside does;
+/// [`RunReport::stopped`] tells.
+///
 /// # Errors
-/// Whatever stops the chain, with the place it happened in.
+/// Whatever stops the chain, with the place it happened in; the end of a motion from which nothing
+/// came.
 pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
     let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?;
     let frames = grid.periods_until(scenario.duration);
@@ -67,7 +71,10 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
         &mut recorder,
         drive.stop,
     )?;
-    Ok(Session { record: recorder.record, report })
+    match report.stopped {
+        Some(reason) if recorder.record.rows() == 0 => Err(reason.into()),
+        _ => Ok(Session { record: recorder.record, report }),
+    }
 }
 
 /// The source of a scenario, and whether it knows the twist.

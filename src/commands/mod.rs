@@ -2,6 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "commands talk to the person who typed them")]
 
+mod compare;
 mod fmu;
 mod run;
 mod truth;
@@ -44,6 +45,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
             run::execute(scenario, args.out, speed)
         }
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
+        Command::Compare(args) => compare::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
     }
 }

@@ -6,10 +6,10 @@ use crate::progress::Progress;
 use crate::report::Report;
 use crate::scenario::Scenario;
 use crate::session::{self, Drive, Session};
-use crate::{figure, score::Score};
+use crate::{backend, figure, score::Score};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
-use struna_harness::Pacing;
+use struna_harness::{Pacing, RunReport};
 use struna_line::StopFlag;
 
 pub(super) use struna_harness::Pacing as Speed;
@@ -33,8 +33,14 @@ pub(super) fn execute(scenario: Scenario, out: Option<PathBuf>, pacing: Pacing) 
     )?;
     progress.finish();
     finish(&scenario, &session, &out)?;
-    let interrupted = session.report.interrupted;
-    Ok(if interrupted { Outcome::Interrupted } else { Outcome::Complete })
+    let RunReport { interrupted, stopped, .. } = session.report;
+    match stopped {
+        Some(reason) => {
+            let kept = format!("recorded in {} until the motion stopped", out.display());
+            Err(anyhow::Error::from(reason).context(kept))
+        }
+        None => Ok(if interrupted { Outcome::Interrupted } else { Outcome::Complete }),
+    }
 }
 
 /// Writes record, score and figure, and prints the table.
@@ -42,8 +48,13 @@ fn finish(scenario: &Scenario, session: &Session, out: &Path) -> Result<()> {
     let Session { record, report } = session;
     let score = Score::of(record);
     write_whole(&out.join("record.csv"), |file| record.write_csv(file))?;
-    let title =
-        format!("{}: {} s, seed {}", scenario.name, scenario.duration.as_s(), scenario.seed.0);
+    let title = format!(
+        "{}: {} s, seed {}, {}",
+        scenario.name,
+        scenario.duration.as_s(),
+        scenario.seed.0,
+        backend::sentence(&scenario.source)
+    );
     let svg = figure::svg(record, &title)?;
     write_whole(&out.join("figure.svg"), |file| file.write_all(svg.as_bytes()))?;
     let report = Report::new(scenario, record, report, &score);

@@ -1,14 +1,17 @@
 //! `struna truth`.
 
 use super::Outcome;
+use crate::backend;
 use crate::output::write_whole;
 use crate::progress::Progress;
 use crate::record::Record;
 use crate::scenario::{ModelSource, Scenario, Source};
 use crate::session::motion_source;
-use anyhow::Result;
+use anyhow::{Error, Result};
+use std::io::{self, Write};
 use std::path::Path;
 use struna_body::TruthMotion;
+use struna_harness::SourceError;
 use struna_kernel::{BodyMotion, SampleGrid, SimTime};
 
 const RATE_COLUMNS: [&str; 3] = ["time", "body_rate_rad_s", "body_rate_integral_rad"];
@@ -27,32 +30,74 @@ const MODEL_COLUMNS: [&str; 11] = [
 ];
 
 /// Writes the motion at the gyro's sample instants: all that the model knows, or the rate of a
-/// recording and its integral.
+/// recording and its integral. A motion that stops is written up to there, and says why.
 pub(super) fn execute(scenario: &Scenario, csv: &Path) -> Result<Outcome> {
     let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?;
     let mut progress = Progress::new(scenario.duration, &scenario.name);
-    let instants = (0..=grid.periods_until(scenario.duration)).map(|k| {
+    let mut instants = (0..=grid.periods_until(scenario.duration)).map(|k| {
         let time = grid.time_of(k);
         progress.advance(time);
         time
     });
-    let record = match &scenario.source {
-        Source::Model(model) => of_model(model, instants)?,
-        Source::Recording(_) => of_rate(&scenario.source, instants)?,
+    let truth = match &scenario.source {
+        Source::Model(model) => of_model(model, &mut instants)?,
+        Source::Recording(_) => of_rate(&scenario.source, &mut instants)?,
     };
     progress.finish();
-    write_whole(csv, |file| record.write_csv(file))?;
-    println!("{} instants written to {}", record.rows(), csv.display());
+    let (rows, file) = (truth.record.rows(), csv.display());
+    if rows > 0 {
+        write_whole(csv, |out| truth.write(scenario, out))?;
+    }
+    match truth.stopped {
+        None => println!("{rows} instants written to {file}"),
+        Some(reason) if rows == 0 => return Err(reason),
+        Some(reason) => {
+            let kept = format!("{rows} instants written to {file} until the motion stopped");
+            return Err(reason.context(kept));
+        }
+    }
     Ok(Outcome::Complete)
 }
 
-fn of_model(model: &ModelSource, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
-    let mut truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
-    let mut record = Record::with_columns(MODEL_COLUMNS.map(str::to_owned));
-    for time in instants {
-        record.push(&model_row(&truth.motion_at(time)?));
+/// A motion, as far as it came.
+struct Truth {
+    record: Record,
+    stopped: Option<Error>,
+}
+
+impl Truth {
+    /// Asks `row_at` for a row at each instant, until one is refused.
+    fn gather<const N: usize, E: Into<Error>>(
+        columns: [&str; N],
+        instants: &mut dyn Iterator<Item = SimTime>,
+        mut row_at: impl FnMut(SimTime) -> Result<[f64; N], E>,
+    ) -> Self {
+        let mut record = Record::with_columns(columns.map(str::to_owned));
+        for time in instants {
+            match row_at(time) {
+                Ok(row) => record.push(&row),
+                Err(reason) => return Self { record, stopped: Some(reason.into()) },
+            }
+        }
+        Self { record, stopped: None }
     }
-    Ok(record)
+
+    /// The record between lines of comment that say where it comes from and why it ends early.
+    fn write(&self, scenario: &Scenario, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "# struna truth")?;
+        writeln!(out, "# scenario: {}", scenario.name)?;
+        writeln!(out, "# backend: {}", backend::sentence(&scenario.source))?;
+        writeln!(out, "# seed: {}", scenario.seed.0)?;
+        writeln!(out, "# columns: SI units in the names; q_wb carries body components to world")?;
+        self.record.write_csv(out)?;
+        self.stopped.iter().try_for_each(|reason| writeln!(out, "# stopped: {reason}"))
+    }
+}
+
+fn of_model(model: &ModelSource, instants: &mut dyn Iterator<Item = SimTime>) -> Result<Truth> {
+    let mut truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
+    let row_at = |time| truth.motion_at(time).map(|motion| model_row(&motion));
+    Ok(Truth::gather(MODEL_COLUMNS, instants, row_at))
 }
 
 fn model_row(motion: &BodyMotion) -> [f64; 11] {
@@ -72,12 +117,10 @@ fn model_row(motion: &BodyMotion) -> [f64; 11] {
     ]
 }
 
-fn of_rate(source: &Source, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
+fn of_rate(source: &Source, instants: &mut dyn Iterator<Item = SimTime>) -> Result<Truth> {
     let (mut source, _) = motion_source(source)?;
-    let mut record = Record::with_columns(RATE_COLUMNS.map(str::to_owned));
-    for time in instants {
+    Ok(Truth::gather(RATE_COLUMNS, instants, |time| {
         let reference = source.reference_at(time)?;
-        record.push(&[time.as_s(), reference.rate_rad_s, reference.spin_rad]);
-    }
-    Ok(record)
+        Ok::<_, SourceError>([time.as_s(), reference.rate_rad_s, reference.spin_rad])
+    }))
 }

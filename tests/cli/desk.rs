@@ -150,9 +150,9 @@ pub(crate) fn write_zip(path: &Path, entries: &[(String, Vec<u8>)]) {
     zip.finish().unwrap();
 }
 
-/// Header and rows of a CSV file, every cell a number.
+/// Header and rows of a CSV file, comments left out, every cell a number.
 pub(crate) fn csv(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     let header = reader.headers().expect("a header").iter().map(str::to_owned).collect();
     let numbers = |row: csv::StringRecord| {
         row.iter().map(|cell| cell.parse().unwrap_or_else(|_| panic!("{cell}"))).collect()

@@ -1,4 +1,4 @@
-//! Good input: what the help promises is written.
+//! What the help promises is written, and by a motion that stops as much of it as there is.
 
 use crate::desk::{DEMO, Desk, csv, names, read_zip};
 use std::collections::BTreeSet;
@@ -12,6 +12,8 @@ const SWING: &str = include_str!("../../scenarios/swing.toml");
 
 /// Exit code of a run that SIGINT ended.
 const INTERRUPTED: i32 = 130;
+/// Exit code of a motion that could not be carried to its end.
+const STOPPED: i32 = 1;
 
 #[test]
 fn the_help_of_every_command_shows_an_example() {
@@ -21,6 +23,7 @@ fn the_help_of_every_command_shows_an_example() {
         (&["demo"], "\n  struna demo --out "),
         (&["run"], "\n  struna run scenarios/demo.toml"),
         (&["truth"], "\n  struna truth scenarios/swing.toml --csv truth.csv"),
+        (&["compare"], "\n  struna compare lagrange.csv rapier.csv"),
         (&["fmu"], "\n  struna fmu list"),
         (&["fmu", "build"], "\n  struna fmu build --out "),
         (&["fmu", "list"], "\n  struna fmu list"),
@@ -102,7 +105,13 @@ fn truth_writes_the_motion_at_every_sample_instant() {
     let desk = Desk::with_scenario(SWING, &[]);
     let printed = desk.done(&["truth", "s.toml", "--csv", "truth.csv"]);
     assert!(printed.contains("601 instants") && printed.contains("truth.csv"), "{printed}");
-    let (header, rows) = csv(&desk.text("truth.csv"));
+    let text = desk.text("truth.csv");
+    let head = "# struna truth\n# scenario: swing\n# backend: lagrange, rk4, step 0.001 s\n\
+                # seed: 1\n# columns: SI units in the names; q_wb carries body components to \
+                world\n\"time\",";
+    assert!(text.starts_with(head), "{}", &text[..400]);
+    assert_eq!(text.matches('#').count(), 5, "a motion that does not stop says nothing more");
+    let (header, rows) = csv(&text);
     let columns = "time twist_rad twist_rate_rad_s body_rate_integral_rad omega_wb_b_x_rad_s \
                    omega_wb_b_y_rad_s omega_wb_b_z_rad_s q_wb_w q_wb_x q_wb_y q_wb_z";
     assert_eq!(header.join(" "), columns);
@@ -120,9 +129,10 @@ fn truth_writes_the_motion_at_every_sample_instant() {
 fn a_run_writes_record_score_figure_and_fmus() {
     let desk = Desk::with_scenario(DEMO, &[]);
     let printed = desk.done(&["run", "s.toml", "--out", "results", "--seed", "7"]);
+    let backend = "lagrange, rk4, step 0.001 s";
     names(
         &printed,
-        &["integration", "rotation", "torsion", "600 frames sent, 600 received, 0 lost"],
+        &["integration", "rotation", "torsion", backend, "600 frames sent, 600 received, 0 lost"],
     );
     let written = ["record.csv", "score.json", "figure.svg"];
     names(&printed, &["written to results"]);
@@ -137,9 +147,63 @@ fn a_run_writes_record_score_figure_and_fmus() {
     assert!(header.iter().any(|name| name == "torsion.angle_sigma_rad"), "{header:?}");
     let score = score(&desk, "results/score.json");
     assert_eq!((&score["seed"], &score["interrupted"]), (&7.into(), &false.into()));
+    assert_eq!((&score["backend"], &score["stopped"]), (&backend.into(), &().into()));
     assert_eq!(score["estimators"].as_array().map(Vec::len), Some(3));
     let figure = desk.text("results/figure.svg");
     assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
+    names(&figure, &["demo: 2 s, seed 7, ", backend]);
+}
+
+/// A push that turns the body over: the equations end at 170 degrees of tilt, and so does the
+/// motion, 34 gyro samples on.
+const TURNS_OVER: (&str, &str) = ("[0.0, 19.3, 0.0]", "[2000.0, 0.0, 0.0]");
+
+#[test]
+fn a_truth_that_stops_keeps_what_came_and_says_why() {
+    let desk = Desk::with_scenario(SWING, &[TURNS_OVER]);
+    let output = desk.struna(&["truth", "s.toml", "--csv", "truth.csv"]);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(STOPPED), "{complaint}");
+    let reason = "the motion left the domain of its equations at 0.11";
+    names(&complaint, &["struna: 34 instants written to truth.csv until the motion", reason]);
+    assert_eq!(complaint.lines().count(), 1, "{complaint}");
+    let text = desk.text("truth.csv");
+    let last = text.lines().last().unwrap();
+    assert!(last.starts_with(&format!("# stopped: {reason}")), "{last}");
+    assert!(complaint.trim_end().ends_with(last.trim_start_matches("# stopped: ")), "{last}");
+    let (_, rows) = csv(&text);
+    assert_eq!((rows.len(), rows[33][0]), (34, 0.11));
+}
+
+#[test]
+fn a_run_whose_motion_stops_keeps_what_came_and_says_why() {
+    let desk = Desk::with_scenario(SWING, &[TURNS_OVER]);
+    let output = desk.struna(&["run", "s.toml", "--out", "out"]);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(STOPPED), "{complaint}");
+    let reason = "the motion left the domain of its equations at 0.11";
+    names(&complaint, &["struna: recorded in out until the motion stopped: ", reason]);
+    let printed = String::from_utf8(output.stdout).unwrap();
+    names(&printed, &["33 frames sent, 33 received", "stopped at 0.11 s of 2 s", "written to out"]);
+    let score = score(&desk, "out/score.json");
+    assert!(score["stopped"].as_str().is_some_and(|stopped| stopped.starts_with(reason)));
+    assert_eq!((&score["interrupted"], &score["rate_samples"]), (&false.into(), &11.into()));
+    let (_, rows) = csv(&desk.text("out/record.csv"));
+    assert_eq!((rows.len(), rows[10][0]), (11, 0.11));
+    assert!(desk.text("out/figure.svg").starts_with("<svg"));
+}
+
+#[test]
+fn a_motion_of_which_nothing_came_is_its_error_alone() {
+    // Turned over before the second frame is out, and a row takes three.
+    let push = ("[0.0, 19.3, 0.0]", "[30000.0, 0.0, 0.0]");
+    let desk = Desk::with_scenario(SWING, &[push]);
+    let output = desk.struna(&["run", "s.toml", "--out", "out"]);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(STOPPED), "{complaint}");
+    assert!(complaint.starts_with("struna: the motion left the domain"), "{complaint}");
+    assert!(output.stdout.is_empty());
+    assert!(!desk.path("out/record.csv").exists() && !desk.path("out/score.json").exists());
 }
 
 fn score(desk: &Desk, name: &str) -> serde_json::Value {

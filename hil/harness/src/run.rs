@@ -2,7 +2,7 @@
 
 use crate::{
     Emulator, EmulatorError, EmulatorReport, Pacing, Pipeline, PipelineError, PipelineReport,
-    Reference,
+    Reference, SourceError,
 };
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -67,15 +67,18 @@ pub struct RunReport {
     pub pipeline: PipelineReport,
     /// How late frames were, when paced.
     pub late: Option<Lateness>,
-    /// The run was stopped before its end.
+    /// The run was stopped from outside before its end.
     pub interrupted: bool,
+    /// Why the motion ended before the run did.
+    pub stopped: Option<SourceError>,
 }
 
 /// Runs `frames` frames of `emulator` through a pseudo-terminal into `pipeline`.
 ///
 /// The reader opens its end by path, as it would open real hardware. The line has flow control and
 /// the reader waits for the last byte, so nothing is lost and the result does not depend on the
-/// speed of either side. `stop` ends the run early; what was sent until then is still received.
+/// speed of either side. `stop` ends the run early, and so does a motion that cannot be carried on:
+/// what was sent until then is still received.
 ///
 /// # Errors
 /// [`RunError`] from whichever side failed first; the observer has seen everything up to there.
@@ -103,14 +106,14 @@ pub fn run(
         }
         // The writer's end of the line lives until here: closing it would discard unread bytes.
         let written = writer.join().map_err(|_| RunError::EmulatorPanicked)?;
-        let Written { emulator, late, port: _port } = match (written, read) {
+        let Written { emulator, late, stopped, port: _port } = match (written, read) {
             (Ok(written), Ok(())) => written,
             // A failed writer hangs up, which the reader sees as an error of the line: the cause
             // comes first.
             (Err(cause), _) | (Ok(_), Err(cause)) => return Err(cause),
         };
-        let interrupted = emulator.frames < frames;
-        Ok(RunReport { emulator, pipeline: pipeline.finish(), late, interrupted })
+        let interrupted = emulator.frames < frames && stopped.is_none();
+        Ok(RunReport { emulator, pipeline: pipeline.finish(), late, interrupted, stopped })
     })
 }
 
@@ -128,6 +131,7 @@ struct Writer<'a> {
 struct Written {
     emulator: EmulatorReport,
     late: Option<Lateness>,
+    stopped: Option<SourceError>,
     port: VirtualPort,
 }
 
@@ -135,6 +139,7 @@ impl Writer<'_> {
     fn run(mut self, frames: u64, pacing: Pacing) -> Result<Written, RunError> {
         let mut pacer = (pacing == Pacing::RealTime).then(Pacer::start);
         let mut block = Vec::with_capacity(2 * BLOCK);
+        let mut stopped = None;
         for _ in 0..frames {
             if self.stop.is_stopped() || self.halt.is_stopped() {
                 break;
@@ -142,7 +147,14 @@ impl Writer<'_> {
             if let Some(pacer) = &mut pacer {
                 pacer.wait_until(self.emulator.next_time());
             }
-            let reference = self.emulator.emit(&mut block)?;
+            let reference = match self.emulator.emit(&mut block) {
+                Ok(reference) => reference,
+                Err(EmulatorError::Source(reason)) => {
+                    stopped = Some(reason);
+                    break;
+                }
+                Err(error) => return Err(error.into()),
+            };
             // A reader that has gone needs no truth; its own error tells why it went.
             let _ = self.references.send(reference);
             if pacer.is_some() || block.len() >= BLOCK {
@@ -151,7 +163,7 @@ impl Writer<'_> {
         }
         self.flush(&mut block)?;
         let late = pacer.map(|pacer| pacer.lateness());
-        Ok(Written { emulator: self.emulator.report(), late, port: self.port })
+        Ok(Written { emulator: self.emulator.report(), late, stopped, port: self.port })
     }
 
     fn flush(&mut self, block: &mut Vec<u8>) -> Result<(), RunError> {
