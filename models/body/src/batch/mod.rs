@@ -30,6 +30,8 @@ mod block;
 mod fast;
 mod lanes;
 mod noise;
+#[cfg(target_arch = "x86_64")]
+mod pair;
 mod params;
 mod step;
 mod vector;

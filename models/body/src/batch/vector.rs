@@ -78,7 +78,7 @@ pub(super) use x86::{Avx2Lanes, Avx512Lanes};
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::super::lanes::Pair;
+    use super::super::pair::Pair;
     use super::{Block, Lanes, Num, Segment, StepLength};
     use std::arch::x86_64::{
         __m256d, __m512d, _mm256_add_pd, _mm256_div_pd, _mm256_max_pd, _mm256_min_pd,

@@ -3,8 +3,8 @@
 //! [`Rk4`] walks a fixed grid and is what a live run uses; [`Dop853`] chooses its own steps,
 //! interpolates between them and is the truth of record; [`Dop853Sampler`] takes the same method's
 //! steps at a fixed length and is the cheapest smooth truth on a grid. All work on `[f64; N]`
-//! without allocating, and all know the equations as an [`Rhs`] type rather than a closure, so that the
-//! compiler inlines the derivative into the step.
+//! without allocating, and all know the equations as an [`Rhs`] type rather than a closure, so that
+//! the compiler inlines the derivative into the step.
 
 mod dop853;
 mod dop853_fixed;
