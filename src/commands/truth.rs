@@ -4,7 +4,7 @@ use super::Outcome;
 use crate::output::write_whole;
 use crate::progress::Progress;
 use crate::record::Record;
-use crate::scenario::{ModelSource, Scenario, Source};
+use crate::scenario::{Scenario, Source};
 use crate::session::motion_source;
 use anyhow::Result;
 use std::path::Path;
@@ -37,8 +37,8 @@ pub(super) fn execute(scenario: &Scenario, csv: &Path) -> Result<Outcome> {
         time
     });
     let record = match &scenario.source {
-        Source::Model(model) => of_model(model, instants)?,
-        Source::Recording(_) => of_rate(&scenario.source, instants)?,
+        Source::Model(model) => of_model(model.motion(scenario.seed, 0)?, instants)?,
+        Source::Recording(_) => of_rate(scenario, instants)?,
     };
     progress.finish();
     write_whole(csv, |file| record.write_csv(file))?;
@@ -46,8 +46,7 @@ pub(super) fn execute(scenario: &Scenario, csv: &Path) -> Result<Outcome> {
     Ok(Outcome::Complete)
 }
 
-fn of_model(model: &ModelSource, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
-    let mut truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
+fn of_model(mut truth: TruthMotion, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
     let mut record = Record::with_columns(MODEL_COLUMNS.map(str::to_owned));
     for time in instants {
         record.push(&model_row(&truth.motion_at(time)?));
@@ -72,8 +71,8 @@ fn model_row(motion: &BodyMotion) -> [f64; 11] {
     ]
 }
 
-fn of_rate(source: &Source, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
-    let (mut source, _) = motion_source(source)?;
+fn of_rate(scenario: &Scenario, instants: impl Iterator<Item = SimTime>) -> Result<Record> {
+    let (mut source, _) = motion_source(scenario)?;
     let mut record = Record::with_columns(RATE_COLUMNS.map(str::to_owned));
     for time in instants {
         let reference = source.reference_at(time)?;
