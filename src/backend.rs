@@ -1,7 +1,6 @@
 //! What a motion was made by, said in one way wherever results name it.
 
 use crate::scenario::Source;
-use struna_body::Integrator;
 
 /// What the motion of `source` comes from, for people and for the heads of files; one line.
 ///
@@ -9,7 +8,7 @@ use struna_body::Integrator;
 #[must_use]
 pub fn sentence(source: &Source) -> String {
     match source {
-        Source::Model(model) => format!("lagrange, {}", integrator(model.integrator)),
+        Source::Model(model) => model.backend.to_string(),
         Source::Recording(recording) => {
             // Without its folder: a result does not depend on where its input lay.
             let name = recording.file.file_name().unwrap_or_default().to_string_lossy();
@@ -18,29 +17,10 @@ pub fn sentence(source: &Source) -> String {
     }
 }
 
-fn integrator(integrator: Integrator) -> String {
-    match integrator {
-        Integrator::Rk4 { step_s } => format!("rk4, step {step_s} s"),
-        Integrator::Dop853 { rtol, atol } => {
-            format!("dop853, relative tolerance {rtol:e}, absolute tolerance {atol:e}")
-        }
-        // The enum may grow; its own words will do until this function has some.
-        other => format!("{other:?}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scenario::RecordingSource;
-
-    #[test]
-    fn an_integrator_is_named_with_what_decides_its_error() {
-        assert_eq!(integrator(Integrator::Rk4 { step_s: 1e-3 }), "rk4, step 0.001 s");
-        let record = Integrator::Dop853 { rtol: 1e-12, atol: 1e-11 };
-        let expected = "dop853, relative tolerance 1e-12, absolute tolerance 1e-11";
-        assert_eq!(integrator(record), expected);
-    }
 
     #[test]
     fn a_recording_is_named_by_its_file_on_one_line() {

@@ -8,7 +8,6 @@ use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario, Source};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use struna_body::TruthMotion;
 use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
 use struna_gyro::Gyro;
 use struna_harness::{
@@ -57,8 +56,9 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
     let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?;
     let frames = grid.periods_until(scenario.duration);
     let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
-    let (source, has_twist) = motion_source(&scenario.source)?;
+    let (source, has_twist) = motion_source(scenario)?;
     let emulator = Emulator::new(source, gyro, grid, &scenario.frame)?;
+    let emulator = emulator.with_sampling(scenario.sampling);
     let devices = devices(&scenario.estimators, drive.fmu_folder)?;
     let averager = Averager::new(grid, scenario.averaging_samples)?;
     let mut recorder = Recorder::new(&scenario.estimators, has_twist, drive.progress);
@@ -80,12 +80,12 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
 /// The source of a scenario, and whether it knows the twist.
 ///
 /// # Errors
-/// When the body refuses its start, or the recording cannot be read.
-pub fn motion_source(source: &Source) -> Result<(Box<dyn MotionSource>, bool)> {
-    Ok(match source {
+/// When the body refuses its start, its backend the rig, or the recording cannot be read.
+pub fn motion_source(scenario: &Scenario) -> Result<(Box<dyn MotionSource>, bool)> {
+    Ok(match &scenario.source {
         Source::Model(model) => {
-            let truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
-            (Box::new(BodySource(truth)), true)
+            let truth = model.motion(scenario.seed, 0)?;
+            (Box::new(BodySource { truth, mounting: scenario.mounting }), true)
         }
         Source::Recording(plan) => {
             let (time, rate) = (&plan.time_column, &plan.rate_column);
@@ -190,7 +190,8 @@ impl<'a> Recorder<'a> {
         let mut names: Vec<String> = ["time", "measured_rate_rad_s", "over_range", "lost_before"]
             .map(str::to_owned)
             .to_vec();
-        names.extend(["truth.body_rate_rad_s", "truth.body_rate_integral_rad"].map(str::to_owned));
+        let truth = ["input_rate_rad_s", "body_rate_rad_s", "body_rate_integral_rad"];
+        names.extend(truth.map(|signal| format!("truth.{signal}")));
         if has_twist {
             names.extend(["truth.twist_rad", "truth.twist_rate_rad_s"].map(str::to_owned));
         }
@@ -218,6 +219,7 @@ impl Observer for Recorder<'_> {
             sample.rate_rad_s,
             f64::from(u8::from(sample.over_range)),
             sample.lost_before as f64,
+            of(|r| r.input_rate_rad_s),
             of(|r| r.rate_rad_s),
             of(|r| r.spin_rad),
         ]);

@@ -42,6 +42,7 @@ impl Case {
             tilt_azimuth_rad: within(-180.0, 180.0) * RAD_PER_DEG,
             twist_rad: within(-1000.0, 1000.0) * RAD_PER_DEG,
             omega_wb_b_rad_s: [within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0)],
+            ..StartState::AT_REST
         };
         let torsion = Torsion {
             stiffness: TorsionStiffness::PeriodS(20.0),

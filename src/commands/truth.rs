@@ -5,17 +5,17 @@ use crate::backend;
 use crate::output::write_whole;
 use crate::progress::Progress;
 use crate::record::Record;
-use crate::scenario::{ModelSource, Scenario, Source};
+use crate::scenario::{Scenario, Source};
 use crate::session::motion_source;
 use anyhow::{Error, Result};
 use std::io::{self, Write};
 use std::path::Path;
-use struna_body::TruthMotion;
+use struna_body::{BodyError, Mounting, TruthMotion};
 use struna_harness::SourceError;
 use struna_kernel::{BodyMotion, SampleGrid, SimTime};
 
 const RATE_COLUMNS: [&str; 3] = ["time", "body_rate_rad_s", "body_rate_integral_rad"];
-const MODEL_COLUMNS: [&str; 11] = [
+const MODEL_COLUMNS: [&str; 19] = [
     "time",
     "twist_rad",
     "twist_rate_rad_s",
@@ -27,6 +27,14 @@ const MODEL_COLUMNS: [&str; 11] = [
     "q_wb_x",
     "q_wb_y",
     "q_wb_z",
+    "com_w_x_m",
+    "com_w_y_m",
+    "com_w_z_m",
+    "com_velocity_w_x_m_s",
+    "com_velocity_w_y_m_s",
+    "com_velocity_w_z_m_s",
+    "input_rate_rad_s",
+    "input_mean_rate_rad_s",
 ];
 
 /// Writes the motion at the gyro's sample instants: all that the model knows, or the rate of a
@@ -40,8 +48,11 @@ pub(super) fn execute(scenario: &Scenario, csv: &Path) -> Result<Outcome> {
         time
     });
     let truth = match &scenario.source {
-        Source::Model(model) => of_model(model, &mut instants)?,
-        Source::Recording(_) => of_rate(&scenario.source, &mut instants)?,
+        Source::Model(model) => {
+            let motion = model.motion(scenario.seed, 0)?;
+            of_model(motion, &scenario.mounting, &mut instants)
+        }
+        Source::Recording(_) => of_rate(scenario, &mut instants)?,
     };
     progress.finish();
     let (rows, file) = (truth.record.rows(), csv.display());
@@ -94,14 +105,28 @@ impl Truth {
     }
 }
 
-fn of_model(model: &ModelSource, instants: &mut dyn Iterator<Item = SimTime>) -> Result<Truth> {
-    let mut truth = TruthMotion::new(model.body, &model.start, model.integrator)?;
-    let row_at = |time| truth.motion_at(time).map(|motion| model_row(&motion));
-    Ok(Truth::gather(MODEL_COLUMNS, instants, row_at))
+fn of_model(
+    mut truth: TruthMotion,
+    mounting: &Mounting,
+    instants: &mut dyn Iterator<Item = SimTime>,
+) -> Truth {
+    let mut before = None;
+    Truth::gather(MODEL_COLUMNS, instants, |time| {
+        let motion = truth.motion_at(time)?;
+        let row = model_row(&motion, mounting, before.as_ref());
+        before = Some(motion);
+        Ok::<_, BodyError>(row)
+    })
 }
 
-fn model_row(motion: &BodyMotion) -> [f64; 11] {
+/// The mean rate is that since the motion `before`; the first has none.
+fn model_row(motion: &BodyMotion, mounting: &Mounting, before: Option<&BodyMotion>) -> [f64; 19] {
     let (omega, q) = (motion.omega_wb_b_rad_s, motion.q_wb.quaternion());
+    let (com, velocity) = (motion.com_position_w_m, motion.com_velocity_w_m_s);
+    let mean_rate = |before: &BodyMotion| {
+        let turned_rad = mounting.angle_rad(motion) - mounting.angle_rad(before);
+        turned_rad / motion.time.seconds_since(before.time)
+    };
     [
         motion.time.as_s(),
         motion.twist_rad,
@@ -114,11 +139,19 @@ fn model_row(motion: &BodyMotion) -> [f64; 11] {
         q.i,
         q.j,
         q.k,
+        com.x,
+        com.y,
+        com.z,
+        velocity.x,
+        velocity.y,
+        velocity.z,
+        mounting.rate_rad_s(motion),
+        before.map_or(f64::NAN, mean_rate),
     ]
 }
 
-fn of_rate(source: &Source, instants: &mut dyn Iterator<Item = SimTime>) -> Result<Truth> {
-    let (mut source, _) = motion_source(source)?;
+fn of_rate(scenario: &Scenario, instants: &mut dyn Iterator<Item = SimTime>) -> Result<Truth> {
+    let (mut source, _) = motion_source(scenario)?;
     Ok(Truth::gather(RATE_COLUMNS, instants, |time| {
         let reference = source.reference_at(time)?;
         Ok::<_, SourceError>([time.as_s(), reference.rate_rad_s, reference.spin_rad])

@@ -2,15 +2,21 @@
 //!
 //! This is one of the few places that speak degrees: files do, everything inside is SI.
 
+mod body;
+mod environment;
 mod estimators;
 mod gyro;
-mod motion;
+mod numbers;
+mod source;
 
+pub use body::ModelSource;
 pub use estimators::{EstimatorKind, EstimatorPlan, RunAs};
-pub use motion::{ModelSource, RecordingSource, Source};
+pub use source::{RecordingSource, Source};
 
 use std::path::{Path, PathBuf};
+use struna_body::Mounting;
 use struna_gyro::GyroParams;
+use struna_harness::Sampling;
 use struna_kernel::{Seed, SimTime};
 use struna_settings::{Result, SettingsError, Table};
 use struna_wire::FrameSpec;
@@ -36,6 +42,10 @@ pub struct Scenario {
     pub source: Source,
     /// The gyro on the body.
     pub gyro: GyroParams,
+    /// How it sits there.
+    pub mounting: Mounting,
+    /// What of the rate its samples take.
+    pub sampling: Sampling,
     /// The layout of its frames.
     pub frame: FrameSpec,
     /// Gyro samples averaged into one rate sample.
@@ -103,7 +113,7 @@ fn read_frame(path: &Path) -> std::result::Result<FrameSpec, ScenarioError> {
 
 /// The scenario, and the frame file still to be read if it names one.
 fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBuf>)> {
-    root.only(&["run", "source", "body", "gyro", "line", "averaging", "estimator"])?;
+    root.only(&["run", "source", "environment", "body", "gyro", "line", "averaging", "estimator"])?;
     let run = root.required("run")?.table()?;
     run.only(&["name", "duration_s", "seed"])?;
     let name = run_name(&run)?;
@@ -119,12 +129,16 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
     };
     let (frame, frame_file) = frame(root, folder)?;
     let estimators = root.tables("estimator", ESTIMATORS_MAX)?;
+    let source = source::source(root, folder)?;
+    let gyro = gyro::gyro(root, &source)?;
     let scenario = Scenario {
         name,
         duration,
         seed: Seed(seed),
-        source: motion::source(root, folder)?,
-        gyro: gyro::gyro(root)?,
+        source,
+        gyro: gyro.params,
+        mounting: gyro.mounting,
+        sampling: gyro.sampling,
         frame,
         averaging_samples: averaging(root)?,
         estimators: estimators::estimators(&estimators, folder)?,

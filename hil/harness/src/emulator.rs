@@ -14,6 +14,18 @@ pub enum Pacing {
     RealTime,
 }
 
+/// What of the rate about its input axis a gyro puts into a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sampling {
+    /// The exact mean over the sample interval, from the integral of the rate: a perfect gyro's
+    /// samples then add up to the true angle whatever its sample rate.
+    #[default]
+    Mean,
+    /// The rate at the instant of the sample, as of a sensor that is fast beside its sample rate:
+    /// half an interval ahead of the mean.
+    Instantaneous,
+}
+
 /// Why the emulator stopped.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -61,6 +73,7 @@ pub struct Emulator {
     source: Box<dyn MotionSource>,
     gyro: Gyro,
     grid: SampleGrid,
+    sampling: Sampling,
     encoder: Encoder,
     layout: Layout,
     raw: Vec<i64>,
@@ -76,6 +89,7 @@ impl std::fmt::Debug for Emulator {
 
 impl Emulator {
     /// An emulator of `gyro` on the body that `source` moves, speaking frames of layout `frame`.
+    /// Samples are means unless [`Self::with_sampling`] says otherwise.
     ///
     /// # Errors
     /// [`EmulatorError`] when the layout has no rate or counts differently.
@@ -88,8 +102,14 @@ impl Emulator {
         let layout = Layout::find(frame, gyro.params().lsb_rad_s)?;
         let raw = vec![0; frame.fields().len()];
         let encoder = Encoder::new(frame);
-        let report = EmulatorReport::default();
-        Ok(Self { source, gyro, grid, encoder, layout, raw, before: None, report })
+        let (sampling, report) = (Sampling::default(), EmulatorReport::default());
+        Ok(Self { source, gyro, grid, sampling, encoder, layout, raw, before: None, report })
+    }
+
+    /// The same emulator, sampling as `sampling` says.
+    #[must_use]
+    pub fn with_sampling(self, sampling: Sampling) -> Self {
+        Self { sampling, ..self }
     }
 
     /// Instant at which the next frame is complete.
@@ -100,9 +120,6 @@ impl Emulator {
 
     /// Appends the next frame to `out`; returns the motion at its instant.
     ///
-    /// The gyro is given the exact mean rate over the sample interval, from the integral of the
-    /// rate, so that a perfect gyro's samples add up to the true angle whatever its sample rate.
-    ///
     /// # Errors
     /// [`EmulatorError`] when the motion cannot be carried on; nothing was appended then.
     pub fn emit(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
@@ -111,8 +128,14 @@ impl Emulator {
             None => self.source.reference_at(self.grid.time_of(self.encoder.next_index()))?,
         };
         let now = self.source.reference_at(self.next_time())?;
-        let span_s = now.time.seconds_since(before.time);
-        let reading = self.gyro.sample((now.spin_rad - before.spin_rad) / span_s);
+        let rate_rad_s = match self.sampling {
+            Sampling::Mean => {
+                let turned_rad = now.input_angle_rad - before.input_angle_rad;
+                turned_rad / now.time.seconds_since(before.time)
+            }
+            Sampling::Instantaneous => now.input_rate_rad_s,
+        };
+        let reading = self.gyro.sample(rate_rad_s);
         self.layout.fill(&reading, &mut self.raw);
         let length = out.len();
         self.encoder.encode(&self.raw, out)?;

@@ -1,16 +1,24 @@
 //! Where the motion comes from: the body model, or a recording.
 
-use struna_body::{BodyError, TruthMotion};
+use struna_body::{BodyError, Mounting, TruthMotion};
 use struna_kernel::SimTime;
 
-/// The motion at one instant, as far as its source knows it: what estimates are judged by.
+/// The motion at one instant, as far as its source knows it.
+///
+/// Two rates that part as soon as the gyro is misaligned or the Earth turns: what the gyro is given
+/// (`input`), and what estimates are judged by (the rest). A recording knows one rate, which serves
+/// as both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
     /// The instant.
     pub time: SimTime,
-    /// Integral of the rate about the gyro's input axis, rad.
+    /// Integral of the inertial rate about the gyro's input axis since the start, rad.
+    pub input_angle_rad: f64,
+    /// Inertial rate about the gyro's input axis, the Earth's included, rad/s.
+    pub input_rate_rad_s: f64,
+    /// Integral of the rate relative to the room about the body's axis, rad.
     pub spin_rad: f64,
-    /// Rate about the gyro's input axis, rad/s.
+    /// Rate relative to the room about the body's axis, rad/s.
     pub rate_rad_s: f64,
     /// Twist of the string, rad; a recording does not know it.
     pub twist_rad: Option<f64>,
@@ -50,15 +58,22 @@ pub enum SourceError {
     },
 }
 
-/// The body model as a source.
+/// The body model as a source, with a gyro mounted on the body.
 #[derive(Debug)]
-pub struct BodySource(pub TruthMotion);
+pub struct BodySource {
+    /// What the body does.
+    pub truth: TruthMotion,
+    /// How the gyro sits on it.
+    pub mounting: Mounting,
+}
 
 impl MotionSource for BodySource {
     fn reference_at(&mut self, time: SimTime) -> Result<Reference, SourceError> {
-        let motion = self.0.motion_at(time)?;
+        let motion = self.truth.motion_at(time)?;
         Ok(Reference {
             time,
+            input_angle_rad: self.mounting.angle_rad(&motion),
+            input_rate_rad_s: self.mounting.rate_rad_s(&motion),
             spin_rad: motion.spin_rad,
             rate_rad_s: motion.omega_wb_b_rad_s.z,
             twist_rad: Some(motion.twist_rad),
@@ -131,7 +146,15 @@ impl MotionSource for Recording {
         let spin_rad = self.spin_rad[from]
             + 0.5 * (self.rate_rad_s[from] + rate_rad_s) * linear_s
             + rate_rad_s * (into_s - linear_s);
-        Ok(Reference { time, spin_rad, rate_rad_s, twist_rad: None, twist_rate_rad_s: None })
+        Ok(Reference {
+            time,
+            input_angle_rad: spin_rad,
+            input_rate_rad_s: rate_rad_s,
+            spin_rad,
+            rate_rad_s,
+            twist_rad: None,
+            twist_rate_rad_s: None,
+        })
     }
 }
 
@@ -145,6 +168,8 @@ mod tests {
         let mut recording = Recording::new(&[10.0, 11.0, 13.0], &[0.0, 2.0, 2.0]).unwrap();
         let mut at = |t_s: f64| {
             let r = recording.reference_at(SimTime::from_s(t_s).unwrap()).unwrap();
+            // The gyro is given what was recorded.
+            assert_eq!((r.input_rate_rad_s, r.input_angle_rad), (r.rate_rad_s, r.spin_rad));
             (r.rate_rad_s, r.spin_rad)
         };
         // Halves and quarters: exact in binary.

@@ -55,7 +55,7 @@ pub use mounting::Mounting;
 pub use params::{Body, BodyParams, Torsion, TorsionDamping, TorsionStiffness};
 pub use rapier::RapierMotion;
 pub use rig::{EARTH_RATE_RAD_S, Rig, earth_rate_w_rad_s};
-pub use start::{StartState, TWIST_MAX_RAD};
+pub use start::{StartErrors, StartState, TWIST_MAX_RAD};
 pub use support::{ClampSwing, Support, VIBRATIONS_MAX, Vibration};
 pub use thread::{Creep, Hysteresis, YIELD_ELEMENTS_MAX, YieldElement, YieldLaw};
 pub use torsion::DampedTorsion;

@@ -51,7 +51,10 @@ impl fmt::Display for Backend {
                 write!(f, "lagrange, rk4, step {step_s} s")
             }
             Self::Lagrange(Integrator::Dop853 { rtol, atol }) => {
-                write!(f, "lagrange, dop853, rtol {rtol:e}, atol {atol:e}")
+                write!(
+                    f,
+                    "lagrange, dop853, relative tolerance {rtol:e}, absolute tolerance {atol:e}"
+                )
             }
             Self::Rapier { step_s } => {
                 write!(f, "rapier, rapier3d-f64 {}, step {step_s} s", crate::RAPIER_VERSION)
@@ -195,5 +198,28 @@ impl TruthMotion {
         }
         self.torque_b_n_m = torque_b_n_m;
         self.mechanics.set_torque(torque_b_n_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_backend_is_named_with_what_decides_its_error() {
+        let rk4 = Backend::from(Integrator::Rk4 { step_s: 1e-3 });
+        assert_eq!(rk4.to_string(), "lagrange, rk4, step 0.001 s");
+        let record = Backend::from(Integrator::Dop853 { rtol: 1e-12, atol: 1e-11 });
+        let expected = "lagrange, dop853, relative tolerance 1e-12, absolute tolerance 1e-11";
+        assert_eq!(record.to_string(), expected);
+        let rapier = Backend::Rapier { step_s: 2e-4 };
+        assert_eq!(rapier.to_string(), "rapier, rapier3d-f64 0.36.1, step 0.0002 s");
+    }
+
+    #[test]
+    fn the_version_named_is_the_version_pinned() {
+        let manifest = include_str!("../../../Cargo.toml");
+        let pin = format!("version = \"={}\"", crate::RAPIER_VERSION);
+        assert!(manifest.lines().any(|l| l.starts_with("rapier3d-f64") && l.contains(&pin)));
     }
 }

@@ -3,12 +3,17 @@
 
 #![expect(clippy::panic, reason = "a panic fails the test")]
 
+mod rig;
+#[path = "../support/mod.rs"]
+mod support;
+
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
-use struna::scenario::{Scenario, ScenarioError, Source};
+use struna::scenario::{ModelSource, Scenario, ScenarioError, Source};
+use struna_kernel::{BodyMotion, Seed, SimTime};
 
-const DEMO: &str = include_str!("../scenarios/demo.toml");
+const DEMO: &str = include_str!("../../scenarios/demo.toml");
 
 fn refusal(text: &str) -> String {
     match Scenario::parse(text, Path::new("folder/x.toml")) {
@@ -34,9 +39,30 @@ fn every_shipped_scenario_parses() {
         let path = entry.expect("an entry").path();
         let scenario = Scenario::read(&path).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(path.file_stem().and_then(|stem| stem.to_str()), Some(&*scenario.name));
+        if let Source::Model(model) = &scenario.source {
+            let end = motion_of(model, scenario.seed);
+            assert!(end.q_wb.coords.iter().all(|part| part.is_finite()), "{}", path.display());
+        }
         count += 1;
     }
-    assert!(count >= 3, "{count} scenarios");
+    assert!(count >= 4, "{count} scenarios");
+}
+
+fn parse(text: &str) -> Scenario {
+    Scenario::parse(text, Path::new("folder/x.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn model(scenario: &Scenario) -> &ModelSource {
+    match &scenario.source {
+        Source::Model(model) => model,
+        Source::Recording(_) => panic!("a model was asked for"),
+    }
+}
+
+/// The motion a second after the start.
+fn motion_of(model: &ModelSource, seed: Seed) -> BodyMotion {
+    let mut motion = model.motion(seed, 0).unwrap_or_else(|e| panic!("{e}"));
+    motion.motion_at(SimTime::from_ns(1_000_000_000)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]
@@ -104,7 +130,7 @@ fn a_missing_or_broken_frame_file_is_named() {
     fs::write(folder.path().join("own.toml"), "[frame]\nname = \"x\"\n").expect("a small file");
     let broken = Scenario::parse(&text, &path).expect_err("the layout is not complete");
     assert!(broken.to_string().contains("own.toml, line "), "{broken}");
-    fs::write(folder.path().join("own.toml"), include_str!("../frames/vg910d.toml"))
+    fs::write(folder.path().join("own.toml"), include_str!("../../frames/vg910d.toml"))
         .expect("a small file");
     assert!(Scenario::parse(&text, &path).is_ok());
 }
