@@ -197,83 +197,72 @@ fn the_backend_decides_which_integrator_keys_there_are() {
     refused_at(&and_in_body("backend = \"mujoco\""), "body.backend", &["\"rapier\""]);
 }
 
+const VIBRATION: &str = "[[body.support.vibration]]\namplitude_m = [0, 0, 0]\n";
+const YIELDING: &str = "[body.torsion.hysteresis]\nlaw = \"slip\"\n";
+
+/// A section, what is wrong in it, the key at fault, and a part of the remedy.
+const BAD_VALUES: [(&str, &str, &str, &str); 16] = [
+    ("[environment]\n", "latitude_deg = 91", "environment.latitude_deg", "-9e1 to 9e1"),
+    ("[body.string]\n", "length_m = 0", "body.string.length_m", "greater than 0"),
+    ("[body.string]\n", "lenght_m = 1", "body.string.lenght_m", "did you mean `length_m`?"),
+    (YIELDING, "stiffness_n_m_rad = []\n", "body.torsion.hysteresis.stiffness_n_m_rad", "1 to 4"),
+    (
+        YIELDING,
+        "stiffness_n_m_rad = [1e-6, 1e-6]\nyield_deg = [25.0]",
+        "body.torsion.hysteresis.yield_deg",
+        "2 numbers, one for each stiffness",
+    ),
+    (
+        YIELDING,
+        "stiffness_n_m_rad = [1e-6]\nyield_deg = [-1]",
+        "body.torsion.hysteresis.yield_deg[0]",
+        "greater than 0",
+    ),
+    (
+        "[body.torsion.hysteresis]\n",
+        "law = \"bouc\"",
+        "body.torsion.hysteresis.law",
+        "\"slip\", \"dahl\"",
+    ),
+    ("[body.torsion.creep]\ntime_s = 1\n", "share = 1.1", "body.torsion.creep.share", "0e0 to 1e0"),
+    ("[body.drag]\n", "translation_n_s_m = -1", "body.drag.translation_n_s_m", "0 or a greater"),
+    (VIBRATION, "frequency_hz = 0", "body.support.vibration[0].frequency_hz", "greater than 0"),
+    (
+        "[[body.support.vibration]]\n",
+        "amplitude_m = [1, 2]",
+        "body.support.vibration[0].amplitude_m",
+        "three numbers",
+    ),
+    (
+        "[[body.support.clamp_swing]]\nfrequency_hz = 1\n",
+        "amplitude_deg = inf",
+        "body.support.clamp_swing[0].amplitude_deg",
+        "a finite number",
+    ),
+    ("[body.disturbance]\n", "grid_hz = 1e9", "body.disturbance.grid_hz", "1e-3 to 1e5"),
+    (
+        "[body.disturbance]\n",
+        "torque_noise_n_m_sqrt_hz = [0, -1, 0]",
+        "body.disturbance.torque_noise_n_m_sqrt_hz[1]",
+        "0 or a greater",
+    ),
+    (
+        "[[body.disturbance.impulse]]\n",
+        "time_s = -1",
+        "body.disturbance.impulse[0].time_s",
+        "0 or a greater",
+    ),
+    (
+        "[gyro.mounting]\n",
+        "misalignment_deg = [0, 60]",
+        "gyro.mounting.misalignment_deg[1]",
+        "-4.5e1 to 4.5e1",
+    ),
+];
+
 #[test]
 fn each_section_refuses_a_bad_value_at_its_line_and_key() {
-    let vibration = "[[body.support.vibration]]\namplitude_m = [0, 0, 0]\n";
-    let yielding = "[body.torsion.hysteresis]\nlaw = \"slip\"\n";
-    for (section, keys, key, part) in [
-        ("[environment]\n", "latitude_deg = 91", "environment.latitude_deg", "-9e1 to 9e1"),
-        ("[body.string]\n", "length_m = 0", "body.string.length_m", "greater than 0"),
-        ("[body.string]\n", "lenght_m = 1", "body.string.lenght_m", "did you mean `length_m`?"),
-        (
-            yielding,
-            "stiffness_n_m_rad = []\n",
-            "body.torsion.hysteresis.stiffness_n_m_rad",
-            "1 to 4",
-        ),
-        (
-            yielding,
-            "stiffness_n_m_rad = [1e-6, 1e-6]\nyield_deg = [25.0]",
-            "body.torsion.hysteresis.yield_deg",
-            "2 numbers, one for each stiffness",
-        ),
-        (
-            yielding,
-            "stiffness_n_m_rad = [1e-6]\nyield_deg = [-1]",
-            "body.torsion.hysteresis.yield_deg[0]",
-            "greater than 0",
-        ),
-        (
-            "[body.torsion.hysteresis]\n",
-            "law = \"bouc\"",
-            "body.torsion.hysteresis.law",
-            "\"slip\", \"dahl\"",
-        ),
-        (
-            "[body.torsion.creep]\ntime_s = 1\n",
-            "share = 1.1",
-            "body.torsion.creep.share",
-            "0e0 to 1e0",
-        ),
-        (
-            "[body.drag]\n",
-            "translation_n_s_m = -1",
-            "body.drag.translation_n_s_m",
-            "0 or a greater",
-        ),
-        (vibration, "frequency_hz = 0", "body.support.vibration[0].frequency_hz", "greater than 0"),
-        (
-            "[[body.support.vibration]]\n",
-            "amplitude_m = [1, 2]",
-            "body.support.vibration[0].amplitude_m",
-            "three numbers",
-        ),
-        (
-            "[[body.support.clamp_swing]]\nfrequency_hz = 1\n",
-            "amplitude_deg = inf",
-            "body.support.clamp_swing[0].amplitude_deg",
-            "a finite number",
-        ),
-        ("[body.disturbance]\n", "grid_hz = 1e9", "body.disturbance.grid_hz", "1e-3 to 1e5"),
-        (
-            "[body.disturbance]\n",
-            "torque_noise_n_m_sqrt_hz = [0, -1, 0]",
-            "body.disturbance.torque_noise_n_m_sqrt_hz[1]",
-            "0 or a greater",
-        ),
-        (
-            "[[body.disturbance.impulse]]\n",
-            "time_s = -1",
-            "body.disturbance.impulse[0].time_s",
-            "0 or a greater",
-        ),
-        (
-            "[gyro.mounting]\n",
-            "misalignment_deg = [0, 60]",
-            "gyro.mounting.misalignment_deg[1]",
-            "-4.5e1 to 4.5e1",
-        ),
-    ] {
+    for (section, keys, key, part) in BAD_VALUES {
         refused_at(&and(&format!("{section}{keys}")), key, &[part]);
     }
     refused_at(&starting("rate_sigma_deg_s = -1"), "body.start.rate_sigma_deg_s", &["0 or a"]);

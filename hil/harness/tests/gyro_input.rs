@@ -73,8 +73,8 @@ fn a_misaligned_gyro_on_a_swinging_body_sees_the_swing() {
     // Swings about x, to which only a rotation about y brings the input axis nearer.
     let start = StartState { tilt_rad, ..StartState::AT_REST };
     let across = Mounting::new([0.0, misalignment_rad], [0.1, 0.0, 0.2]).unwrap();
-    // 25 of the swing's periods fill 4798.6 of 1/300 s; the rest of one sample costs 1e-4.
-    let samples = (25.0 * SAMPLE_RATE_HZ * std::f64::consts::TAU / swing_rad_s).round() as usize;
+    // 25 of the swing's periods take 4757.8 samples; the rest of one costs 1e-4.
+    let samples = 4758;
     let (seen, _) = decoded(body_source(body, &start, across), Sampling::Instantaneous, samples);
     let (sin, cos) = harmonic(&seen, swing_rad_s);
     let expected_rad_s = misalignment_rad * swing_rad_s * tilt_rad;
