@@ -166,8 +166,7 @@ impl FullEquations {
         let climb = support.velocity_w_m_s.z + v_z - swing_w.z;
         let com_velocity = s.com_velocity_w_m_s.push(climb);
 
-        let vertical_b = Vector3::new(r.m31, r.m32, r.m33);
-        let bisector = (vertical_b + Vector3::z()) / (1.0 + vertical_b.z);
+        let bisector = bisector(&r);
         let twist_rate = w.dot(&bisector);
         let turn_rate = twist_rate - support.clamp_rate_rad_s;
         let string =
@@ -200,10 +199,22 @@ impl FullEquations {
         }
     }
 
+    fn turn_rate_rad_s(&self, time_s: f64, s: &States) -> f64 {
+        let support = self.support.at(self.origin_s + time_s);
+        s.omega.dot(&bisector(&rotation(s.q))) - support.clamp_rate_rad_s
+    }
+
     /// Height of A above its place in equilibrium, without cancellation.
     fn suspension_height_m(&self, a_m: &Vector2<f64>, string_up: f64) -> f64 {
         self.curvature_1_m * a_m.norm_squared() / (1.0 + string_up)
     }
+}
+
+/// (γ + e₃)/(1 + γ₃): the direction about which the twist turns, in body components.
+#[inline(always)]
+fn bisector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let vertical_b = Vector3::new(rotation.m31, rotation.m32, rotation.m33);
+    (vertical_b + Vector3::z()) / (1.0 + vertical_b.z)
 }
 
 /// The rotation of a quaternion near unit length.
@@ -264,6 +275,23 @@ impl Rhs<FULL_STATES> for FullEquations {
         y[MEMORY + 1..SPIN].copy_from_slice(&strain_rad);
     }
 
+    /// Within a step the thread remembers where the step began.
+    #[inline(always)]
+    fn mend_interpolated(&self, start: &[f64; FULL_STATES], y: &mut [f64; FULL_STATES]) {
+        y[MEMORY..SPIN].copy_from_slice(&start[MEMORY..SPIN]);
+    }
+
+    /// What a yielding thread does after a reversal depends on how far the turn had come, so a step
+    /// must not run over one.
+    #[inline(always)]
+    fn regime(&self, time_s: f64, y: &[f64; FULL_STATES]) -> u32 {
+        if !self.thread.yields() {
+            return 0;
+        }
+        let s = States::of(y);
+        self.thread.regime(s.turn_rad, self.turn_rate_rad_s(time_s, &s), &s.memory)
+    }
+
     #[inline(always)]
     fn admissible(&self, _time_s: f64, y: &[f64; FULL_STATES]) -> bool {
         let upright_min = (0.5 * TILT_MAX_RAD).cos().powi(2);
@@ -280,9 +308,10 @@ fn norm2(y: &[f64; FULL_STATES]) -> f64 {
 }
 
 impl Form<FULL_STATES> for FullEquations {
-    fn posture(&self, y: &[f64; FULL_STATES]) -> Posture {
+    fn posture(&self, time_s: f64, y: &[f64; FULL_STATES]) -> Posture {
         let s = States::of(y);
-        Posture { q_wb: s.q, omega_wb_b_rad_s: s.omega.into(), twist_rad: s.turn_rad }
+        let twist_rad = s.turn_rad + self.support.at(self.origin_s + time_s).clamp_rad;
+        Posture { q_wb: s.q, omega_wb_b_rad_s: s.omega.into(), twist_rad }
     }
 
     fn tension_n(&self, time_s: f64, y: &[f64; FULL_STATES]) -> f64 {

@@ -21,7 +21,7 @@ const AT_LIMIT: f64 = 1e-3;
 /// A form of the equations: right-hand side, and the meaning of its states.
 pub(crate) trait Form<const N: usize>: Rhs<N> {
     /// What an error says of the states.
-    fn posture(&self, y: &[f64; N]) -> Posture;
+    fn posture(&self, time_s: f64, y: &[f64; N]) -> Posture;
 
     /// Pull of the string, N; negative where it would have to push.
     fn tension_n(&self, time_s: f64, y: &[f64; N]) -> f64;
@@ -157,7 +157,7 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
                 (reason.unwrap_or(StopReason::Diverged), time_s, state)
             }
         };
-        let posture = self.form.posture(&state);
+        let posture = self.form.posture(time_s, &state);
         Stop { reason, time_s: self.origin.as_s() + time_s, posture }.into()
     }
 
@@ -181,7 +181,7 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
 
     /// The limit of the equations at which these states stand, if any.
     fn limit_at(&self, time_s: f64, state: &[f64; N]) -> Option<StopReason> {
-        let posture = self.form.posture(state);
+        let posture = self.form.posture(time_s, state);
         if self.form.tension_n(time_s, state).abs() < AT_LIMIT * self.form.weight_n() {
             return Some(StopReason::Slack);
         }

@@ -1,5 +1,7 @@
 //! The Dormand-Prince method of order 8 with error control of orders 5 and 3 and dense output.
 
+mod regime;
+
 use super::dop853_tableau::{A, A_DENSE, B, C, D, DENSE_ROWS, E3, E5, STAGES, STAGES_ALL};
 use super::{OdeError, Rhs, STEPS_MAX, all_finite, check_step, within};
 
@@ -232,7 +234,9 @@ impl<const N: usize> Dop853<N> {
 
     fn interpolated<R: Rhs<N>>(&mut self, rhs: &R, time_s: f64) -> [f64; N] {
         let Some(step) = &mut self.last else { return self.state };
-        self.dense.get_or_insert_with(|| step.dense(rhs)).at(time_s)
+        let mut y = self.dense.get_or_insert_with(|| step.dense(rhs)).at(time_s);
+        rhs.mend_interpolated(&step.start, &mut y);
+        y
     }
 
     /// Takes one accepted step, however many attempts it needs.
@@ -253,7 +257,8 @@ impl<const N: usize> Dop853<N> {
             // A NaN error compares false: the attempt is rejected and the step shrinks.
             if error <= 1.0 {
                 self.proposal_s = Some((step_s * step_factor(error, growth_max)).min(STEP_MAX_S));
-                return self.accept(rhs, attempt);
+                let step = self.within_regime(rhs, &first, attempt);
+                return self.accept(rhs, step);
             }
             step_s *= step_factor(error, 1.0);
             growth_max = 1.0;
