@@ -122,6 +122,12 @@ impl ThreadLaw {
         self.damping_n_m_s_rad
     }
 
+    /// Whether the torque depends on where the turn has been.
+    #[inline(always)]
+    pub(crate) fn yields(&self) -> bool {
+        self.count > 0
+    }
+
     /// Torque on the twist, N·m, at a turn that has not left the direction it took since `memory`.
     #[inline(always)]
     pub(crate) fn torque_n_m(
@@ -163,6 +169,21 @@ impl ThreadLaw {
             };
         }
         strain
+    }
+
+    /// The direction of the turn and the elements that slip, as bits: the torque is smooth while
+    /// they stay the same.
+    pub(crate) fn regime(&self, turn_rad: f64, turn_rate_rad_s: f64, memory: &Memory) -> u32 {
+        let forwards = turn_rate_rad_s > 0.0;
+        let mut bits = u32::from(forwards);
+        if self.law == YieldLaw::Slip {
+            let change = turn_rad - memory.turn_rad;
+            for (z, element) in memory.strain_rad.iter().zip(&self.elements[..self.count]) {
+                let strain = if forwards { z + change } else { -(z + change) };
+                bits = 2 * bits + u32::from(strain >= element.yield_rad);
+            }
+        }
+        bits
     }
 
     /// Rate of the neutral angle, rad/s.

@@ -166,8 +166,7 @@ impl FullEquations {
         let climb = support.velocity_w_m_s.z + v_z - swing_w.z;
         let com_velocity = s.com_velocity_w_m_s.push(climb);
 
-        let vertical_b = Vector3::new(r.m31, r.m32, r.m33);
-        let bisector = (vertical_b + Vector3::z()) / (1.0 + vertical_b.z);
+        let bisector = bisector(&r);
         let twist_rate = w.dot(&bisector);
         let turn_rate = twist_rate - support.clamp_rate_rad_s;
         let string =
@@ -200,10 +199,22 @@ impl FullEquations {
         }
     }
 
+    fn turn_rate_rad_s(&self, time_s: f64, s: &States) -> f64 {
+        let support = self.support.at(self.origin_s + time_s);
+        s.omega.dot(&bisector(&rotation(s.q))) - support.clamp_rate_rad_s
+    }
+
     /// Height of A above its place in equilibrium, without cancellation.
     fn suspension_height_m(&self, a_m: &Vector2<f64>, string_up: f64) -> f64 {
         self.curvature_1_m * a_m.norm_squared() / (1.0 + string_up)
     }
+}
+
+/// (γ + e₃)/(1 + γ₃): the direction about which the twist turns, in body components.
+#[inline(always)]
+fn bisector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let vertical_b = Vector3::new(rotation.m31, rotation.m32, rotation.m33);
+    (vertical_b + Vector3::z()) / (1.0 + vertical_b.z)
 }
 
 /// The rotation of a quaternion near unit length.
@@ -262,6 +273,17 @@ impl Rhs<FULL_STATES> for FullEquations {
         let strain_rad = self.thread.strained(&s.memory, s.turn_rad);
         y[MEMORY] = s.turn_rad;
         y[MEMORY + 1..SPIN].copy_from_slice(&strain_rad);
+    }
+
+    /// What a yielding thread does after a reversal depends on how far the turn had come, so a step
+    /// must not run over one.
+    #[inline(always)]
+    fn regime(&self, time_s: f64, y: &[f64; FULL_STATES]) -> u32 {
+        if !self.thread.yields() {
+            return 0;
+        }
+        let s = States::of(y);
+        self.thread.regime(s.turn_rad, self.turn_rate_rad_s(time_s, &s), &s.memory)
     }
 
     #[inline(always)]

@@ -1,5 +1,7 @@
 //! The Dormand-Prince method of order 8 with error control of orders 5 and 3 and dense output.
 
+mod regime;
+
 use super::dop853_tableau::{A, A_DENSE, B, C, D, DENSE_ROWS, E3, E5, STAGES, STAGES_ALL};
 use super::{OdeError, Rhs, STEPS_MAX, all_finite, check_step, within};
 
@@ -256,7 +258,8 @@ impl<const N: usize> Dop853<N> {
             // A NaN error compares false: the attempt is rejected and the step shrinks.
             if error <= 1.0 {
                 self.proposal_s = Some((step_s * step_factor(error, growth_max)).min(STEP_MAX_S));
-                return self.accept(rhs, attempt);
+                let step = self.within_regime(rhs, &first, attempt);
+                return self.accept(rhs, step);
             }
             step_s *= step_factor(error, 1.0);
             growth_max = 1.0;

@@ -30,6 +30,12 @@ pub trait Rhs<const N: usize> {
     /// to unit length. Must change it by no more than the step's own error.
     fn project(&self, _y: &mut [f64; N]) {}
 
+    /// Which of several smooth pieces of the derivative holds at `y`, by any numbering: an adaptive
+    /// step ends where it changes. A change and its return within one step go unseen.
+    fn regime(&self, _time_s: f64, _y: &[f64; N]) -> u32 {
+        0
+    }
+
     /// Whether the equations hold at `y`; a run that leaves their domain ends with an error. A
     /// derivative of NaN ends it as well.
     fn admissible(&self, _time_s: f64, _y: &[f64; N]) -> bool {
