@@ -15,8 +15,8 @@ const STEP_S: f64 = 1e-3;
 const STEPS_PER_BURST: u32 = 5_000;
 /// Steps after which the two motions are compared.
 const STEPS_COMPARED: u32 = 1_000;
-/// What was measured when the two were first compared: 5.2e6 beside 1.6e5 steps/s.
-const TARGET_RATIO: f64 = 32.0;
+/// 80 was measured, 5.9e6 beside 0.07e6 steps/s on one core.
+const TARGET_RATIO: f64 = 50.0;
 
 /// The reference body on a string without torsion, which MuJoCo cannot do natively.
 const PARAMS: BodyParams = BodyParams {
