@@ -10,7 +10,7 @@ use crate::session::motion_source;
 use anyhow::{Error, Result};
 use std::io::{self, Write};
 use std::path::Path;
-use struna_body::{BodyError, Mounting, TruthMotion};
+use struna_body::{Mounting, TruthMotion};
 use struna_harness::SourceError;
 use struna_kernel::{BodyMotion, SampleGrid, SimTime};
 
@@ -34,7 +34,7 @@ const MODEL_COLUMNS: [&str; 19] = [
     "com_velocity_w_y_m_s",
     "com_velocity_w_z_m_s",
     "input_rate_rad_s",
-    "input_mean_rate_rad_s",
+    "input_angle_rad",
 ];
 
 /// Writes the motion at the gyro's sample instants: all that the model knows, or the rate of a
@@ -110,23 +110,14 @@ fn of_model(
     mounting: &Mounting,
     instants: &mut dyn Iterator<Item = SimTime>,
 ) -> Truth {
-    let mut before = None;
-    Truth::gather(MODEL_COLUMNS, instants, |time| {
-        let motion = truth.motion_at(time)?;
-        let row = model_row(&motion, mounting, before.as_ref());
-        before = Some(motion);
-        Ok::<_, BodyError>(row)
-    })
+    let row_at = |time| truth.motion_at(time).map(|motion| model_row(&motion, mounting));
+    Truth::gather(MODEL_COLUMNS, instants, row_at)
 }
 
-/// The mean rate is that since the motion `before`; the first has none.
-fn model_row(motion: &BodyMotion, mounting: &Mounting, before: Option<&BodyMotion>) -> [f64; 19] {
+/// The mean of the input rate over any span is the difference of the input angle over it.
+fn model_row(motion: &BodyMotion, mounting: &Mounting) -> [f64; 19] {
     let (omega, q) = (motion.omega_wb_b_rad_s, motion.q_wb.quaternion());
     let (com, velocity) = (motion.com_position_w_m, motion.com_velocity_w_m_s);
-    let mean_rate = |before: &BodyMotion| {
-        let turned_rad = mounting.angle_rad(motion) - mounting.angle_rad(before);
-        turned_rad / motion.time.seconds_since(before.time)
-    };
     [
         motion.time.as_s(),
         motion.twist_rad,
@@ -146,7 +137,7 @@ fn model_row(motion: &BodyMotion, mounting: &Mounting, before: Option<&BodyMotio
         velocity.y,
         velocity.z,
         mounting.rate_rad_s(motion),
-        before.map_or(f64::NAN, mean_rate),
+        mounting.angle_rad(motion),
     ]
 }
 

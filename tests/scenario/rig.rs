@@ -16,7 +16,7 @@ use struna_kernel::{RAD_PER_DEG, Seed, SimTime};
 
 /// The demo with more sections at its end.
 fn and(sections: &str) -> String {
-    format!("{DEMO}\n{sections}\n")
+    format!("{}\n{sections}\n", *DEMO)
 }
 
 /// The demo with more keys in `[body]`.
@@ -50,7 +50,7 @@ fn refused_at(text: &str, key: &str, parts: &[&str]) {
 
 #[test]
 fn what_a_scenario_leaves_out_is_off() {
-    let scenario = parse(DEMO);
+    let scenario = parse(&DEMO);
     let model = model(&scenario);
     assert_eq!(model.rig, Rig::from(model.rig.body));
     assert_eq!(model.start_errors, StartErrors::NONE);
@@ -183,10 +183,9 @@ fn body_start_and_gyro_take_their_new_keys() {
 #[test]
 fn the_backend_decides_which_integrator_keys_there_are() {
     let backend = |text: &str| model(&parse(text)).backend;
-    assert_eq!(backend(DEMO), Backend::Lagrange(Integrator::Rk4 { step_s: 1e-3 }));
-    let lagrange = and_in_body("backend = \"lagrange\"");
-    assert_eq!(backend(&lagrange), backend(DEMO));
-    let rapier = and_in_body("backend = \"rapier\"");
+    assert_eq!(backend(&DEMO), Backend::Lagrange(Integrator::Rk4 { step_s: 1e-3 }));
+    assert_eq!(backend(&with("backend", "")), backend(&DEMO), "the default");
+    let rapier = with("backend", "backend = \"rapier\"");
     refused_at(&rapier, "body.integrator.method", &["rapier has one method"]);
     let no_method = rapier.replace("method = \"rk4\"", "# rapier's own");
     assert_eq!(backend(&no_method), Backend::Rapier { step_s: 1e-3 });
@@ -194,7 +193,11 @@ fn the_backend_decides_which_integrator_keys_there_are() {
     assert_eq!(backend(&no_section), Backend::Rapier { step_s: 2e-4 });
     let tolerance = no_method.replace("step_s = 1e-3", "relative_tolerance = 1e-9");
     refused_at(&tolerance, "body.integrator.relative_tolerance", &["use one of: step_s"]);
-    refused_at(&and_in_body("backend = \"mujoco\""), "body.backend", &["\"rapier\""]);
+    refused_at(&with("backend", "backend = \"mujoco\""), "body.backend", &["\"rapier\""]);
+    let finite = format!("{no_method}\n[body.string]\nlength_m = 2\n");
+    let complaint = refusal(&finite);
+    assert!(complaint.contains("rapier cannot do this: a string of finite length"), "{complaint}");
+    assert!(complaint.contains("`body"), "{complaint}");
 }
 
 const VIBRATION: &str = "[[body.support.vibration]]\namplitude_m = [0, 0, 0]\n";

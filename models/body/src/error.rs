@@ -49,7 +49,7 @@ pub struct Stop {
 impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { reason, time_s, posture } = self;
-        write!(f, "the motion stopped at {time_s:.9} s: {reason}; {posture}")
+        write!(f, "at {time_s:.9} s {reason}; {posture}")
     }
 }
 
@@ -67,7 +67,7 @@ pub enum StopReason {
     #[error("the string swung up to the horizontal, where its length no longer gives its height")]
     StringTooTilted,
     /// The states grew without bound or became NaN.
-    #[error("it diverged; choose a shorter step or a tighter tolerance")]
+    #[error("the motion diverged; choose a shorter step or a tighter tolerance")]
     Diverged,
     /// No step is small enough to meet the tolerance.
     #[error("no step is small enough for the tolerance")]

@@ -21,7 +21,8 @@ impl Mounting {
     /// A gyro whose input axis is turned from the body's z axis by small rotations about the
     /// body's x and y axes, first about x, at `position_b_m` from the point that the string holds.
     ///
-    /// A rotation about x by α and about y by β puts the axis at (sin β cos α, −sin α, cos β cos α).
+    /// A rotation about x by α and about y by β puts the axis at
+    /// (sin β cos α, −sin α, cos β cos α).
     ///
     /// # Errors
     /// [`ParameterError`] for values that are not finite, and for a misalignment of half a right

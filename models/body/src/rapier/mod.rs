@@ -72,10 +72,9 @@ pub(crate) trait Loads: Clone {
     /// Called once per step, in the order of time, so it may commit memory.
     fn load(&mut self, now: &Synchronous, step_s: f64) -> Load;
 
-    /// The sum of the impulses in `from_s` to `to_s`, the end left out; called once per step, before
-    /// [`Loads::load`]. The
-    /// spans begin and end half-way between grid points, where the velocities live, and follow
-    /// each other without a gap; the first begins at the start.
+    /// The sum of the impulses in `from_s` to `to_s`, the end left out; called once per step,
+    /// before [`Loads::load`]. The spans begin and end half-way between grid points, where the
+    /// velocities live, and follow each other without a gap; the first begins at the start.
     fn impulse(&mut self, from_s: f64, to_s: f64) -> Option<Momentum>;
 }
 
