@@ -130,7 +130,8 @@ fn a_horizontal_force_at_the_centre_of_mass_drags_the_body_without_turning_it() 
 
 #[test]
 fn a_force_impulse_moves_the_centre_of_mass_by_momentum_over_mass() {
-    let linear_w_n_s = Vector3::new(0.3, 0.1, 0.0);
+    // Beyond the 400 m/s at which rapier holds a body unless told otherwise.
+    let linear_w_n_s = Vector3::new(300.0, -100.0, 0.0);
     let impulses = [500, 250].map(|ms| Impulse {
         time: at_ms(ms),
         angular_b_n_m_s: [0.0; 3],
@@ -143,21 +144,23 @@ fn a_force_impulse_moves_the_centre_of_mass_by_momentum_over_mass() {
     for (ms, count) in [(240, 0.0), (260, 1.0), (490, 1.0), (510, 2.0)] {
         walk.motion_at(at_ms(ms)).unwrap();
         let velocity = walk.newest().com_velocity_w_m_s;
-        // Multiplied and divided by the step: a few roundings.
-        assert!((velocity - linear_w_n_s * count).norm() < 1e-14, "{ms} ms: {velocity}");
+        // Multiplied and divided by the step: a few roundings of 600 m/s.
+        assert!((velocity - linear_w_n_s * count).norm() < 1e-12, "{ms} ms: {velocity}");
     }
 }
 
 #[test]
-fn a_tensor_of_any_size_keeps_its_axes() {
-    // rapier's own decomposition loses the axes of the two smaller ones.
-    for scale in [1.0, 1e-4, 1e-9] {
-        let inertia = lopsided_rigid().inertia_b_kg_m2 * scale;
+fn a_tensor_of_any_size_and_attitude_keeps_its_axes() {
+    // rapier's own decomposition loses the axes of the two smaller ones. Some of the attitudes
+    // make the eigenvectors come out left-handed.
+    for (scale, turn) in [1.0, 1e-4, 1e-9].into_iter().cycle().zip(0..30_i32) {
+        let turned = Rotation3::from_euler_angles(f64::from(turn), 0.3, 0.7 * f64::from(turn));
+        let inertia = turned * lopsided_rigid().inertia_b_kg_m2 * turned.inverse() * scale;
         let (moments, axes) = engine::principal(&inertia).unwrap();
         let axes = axes.to_rotation_matrix();
         let again = axes * Matrix3::from_diagonal(&moments) * axes.inverse();
         // An orthogonal transformation there and back: some ten roundings.
-        assert!((again - inertia).norm() < 1e-15 * inertia.norm() * 10.0, "{scale:e}");
+        assert!((again - inertia).norm() < 1e-14 * inertia.norm(), "{scale:e}, {turn}");
     }
 }
 

@@ -24,7 +24,8 @@ struct Memory<L> {
     index: u64,
     /// The last three grid points passed, the newest last.
     nodes: [Node; 3],
-    /// A step before the velocities of the newest node, as if a kick since had come before.
+    /// A step before the velocities of the newest node, as if a kick since had come before. At the
+    /// start equal to them, for both are those of the start.
     previous: Velocities,
     loads: L,
 }
@@ -270,13 +271,10 @@ impl<L: Loads> Walk<L> {
         self.judge(&now)
     }
 
-    /// At the start: sets the velocities back to half a step before it, and those that the
-    /// extrapolation sees before them to three halves.
+    /// At the start: sets the velocities back to half a step before it.
     fn half_kick(&mut self, now: &Synchronous, load: &Load) {
-        let (h, rate) = (self.step_s, acceleration(&self.rigid, now, load));
-        let start = self.memory.previous;
-        self.memory.previous = start.after(-1.5 * h, &rate);
-        let half = start.after(-0.5 * h, &rate);
+        let rate = acceleration(&self.rigid, now, load);
+        let half = self.memory.previous.after(-0.5 * self.step_s, &rate);
         let state = &mut self.memory.nodes[2].state;
         (state.omega_w_rad_s, state.com_velocity_w_m_s) = (half.omega_w_rad_s, half.com_w_m_s);
         self.engine.set_velocities(state);
