@@ -91,11 +91,7 @@ pub(super) fn model(root: &Table<'_>) -> Result<ModelSource> {
     };
     let (start, start_errors) = start::start(&body)?;
     let backend = backend::backend(&body)?;
-    match TruthMotion::new(rig.clone(), &start, backend) {
-        // What a backend cannot do is said when a motion is asked of it.
-        Ok(_) | Err(BodyError::Unsupported { .. }) => {}
-        Err(error) => return Err(refused(error)),
-    }
+    TruthMotion::new(rig.clone(), &start, backend).map_err(refused)?;
     Ok(ModelSource { rig, start, start_errors, backend })
 }
 

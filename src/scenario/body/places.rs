@@ -33,6 +33,8 @@ pub(super) fn refusal(body: &Table<'_>, error: &BodyError) -> Box<SettingsError>
     let name = match error {
         BodyError::Parameter(parameter) => parameter.name,
         BodyError::Grid(_) => GRID,
+        // A string of finite length is all that a backend cannot do.
+        BodyError::Unsupported { .. } => "string_length_m",
         _ => "",
     };
     let known = PLACES.iter().filter(|(parameter, _)| *parameter == name);
