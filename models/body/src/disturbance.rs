@@ -282,7 +282,7 @@ mod tests {
         let slack = 4.0 * (2.0 / f64::from(n)).sqrt();
         assert!((square.x / (1e-6 * grid_hz) - 1.0).abs() < slack, "{square}");
         assert!((square.y / (4e-6 * grid_hz) - 1.0).abs() < slack, "{square}");
-        assert_eq!(square.z, 0.0);
+        assert!(square.z == 0.0);
     }
 
     fn poisson(rate_hz: f64) -> Disturbances {
@@ -305,7 +305,7 @@ mod tests {
             assert!((square / (sigma * sigma) - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{axis}");
         }
         assert!(impulses.iter().all(|i| i.angular_b_n_m_s[2] == 0.0));
-        assert!(impulses.iter().all(|i| i.linear_w_n_s == [0.0; 3]));
+        assert!(impulses.iter().all(|i| i.linear_w_n_s.iter().all(|part| *part == 0.0)));
     }
 
     /// Every impulse of the first second, in the order in which it acts.

@@ -84,14 +84,14 @@ impl Path {
 }
 
 /// S3 on a path of `grid_hz`, walked by steps of `cells` cells under the mean torque of each.
-fn walked(grid_hz: f64, run: u64, cells: u64, end_s: f64) -> [f64; STATES] {
+fn walked(grid_hz: u32, run: u64, cells: u64, end_s: u32) -> [f64; STATES] {
     let body = Body::new(&reference::PARAMS).unwrap();
-    let mut path = Path::new(grid_hz, run);
+    let mut path = Path::new(grid_hz.into(), run);
     let mut y = BodyEquations::states(&reference::S3);
-    for k in 0..(end_s * grid_hz).round() as u64 / cells {
+    for k in 0..u64::from(end_s * grid_hz) / cells {
         let torque = path.mean_n_m(k * cells..(k + 1) * cells);
         let equations = BodyEquations::new(&body, &reference::S3, torque);
-        y = rk4_step(&equations, 0.0, &y, cells as f64 / grid_hz);
+        y = rk4_step(&equations, 0.0, &y, cells as f64 / f64::from(grid_hz));
         equations.project(&mut y);
     }
     y
@@ -100,13 +100,13 @@ fn walked(grid_hz: f64, run: u64, cells: u64, end_s: f64) -> [f64; STATES] {
 #[test]
 fn the_noise_of_a_cell_follows_from_seed_run_cell_and_axis() {
     let body = Body::new(&reference::PARAMS).unwrap();
-    let (grid_hz, run_number) = (1000.0, 3);
-    let rig = noisy(body, grid_hz, [DENSITY; 3], run_number);
+    let (grid_hz, run_number) = (1000_u32, 3);
+    let rig = noisy(body, grid_hz.into(), [DENSITY; 3], run_number);
     let step = Integrator::Rk4 { step_s: 1e-3 };
     let motion = run(&rig, &reference::S3, step).motion_at(at_s(5.0)).unwrap();
     let quiet = run(&Rig::from(body), &reference::S3, step).motion_at(at_s(5.0)).unwrap();
     assert!(difference_rad(&motion, &quiet) > 1e-5, "the noise must act");
-    let y = walked(grid_hz, run_number, 1, 5.0);
+    let y = walked(grid_hz, run_number, 1, 5);
     let off = (motion.omega_wb_b_rad_s - Vector3::new(y[4], y[5], y[6])).norm();
     // Two arrangements of the same equations over 5000 steps of rates up to 2 rad/s.
     assert!(off < 1e-10, "{off:e} rad/s");
@@ -130,8 +130,8 @@ fn sub_steps_within_a_cell_follow_the_same_path() {
 
 #[test]
 fn held_noise_converges_strongly_with_order_one() {
-    const FINEST_HZ: f64 = 11_200.0;
-    let (end_s, paths) = (5.0, 8);
+    const FINEST_HZ: u32 = 11_200;
+    let (end_s, paths) = (5, 8);
     let mut sums = [(2, 0.0), (4, 0.0), (8, 0.0), (16, 0.0), (32, 0.0_f64)];
     for path in 0..paths {
         let exact = walked(FINEST_HZ, path, 1, end_s);
@@ -150,7 +150,7 @@ fn held_noise_converges_strongly_with_order_one() {
     let order = over / logs.iter().map(|(h, _)| (h - mean_h).powi(2)).sum::<f64>();
     assert!((0.8..=1.2).contains(&order), "order {order:.2}: {errors:?}");
     // Fresh draws at another step are another path, thousands of times further away.
-    let fresh = walked(FINEST_HZ / 8.0, 0, 1, end_s);
+    let fresh = walked(FINEST_HZ / 8, 0, 1, end_s);
     let same = walked(FINEST_HZ, 0, 1, end_s);
     let apart = 2.0 * (0..4).map(|i| (fresh[i] - same[i]).powi(2)).sum::<f64>().sqrt();
     assert!(apart > 100.0 * errors[2].1, "{apart:e}");
