@@ -55,3 +55,44 @@ impl Drag {
         -(self.translation_n_s_m + quadratic) * velocity_m_s
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drag_points_against_the_motion_and_grows_as_it_says() {
+        let drag = Drag {
+            rotation_n_m_s_rad: 1.0,
+            rotation_quadratic_n_m_s2_rad2: 2.0,
+            translation_n_s_m: 3.0,
+            translation_quadratic_n_s2_m2: 4.0,
+        };
+        // 3-4-5: (1 + 2·5) and (3 + 4·5) times the vector, exact in binary.
+        let v = Vector3::new(3.0, 0.0, -4.0);
+        assert_eq!(drag.torque_n_m(&v), -11.0 * v);
+        assert_eq!(drag.force_n(&v), -23.0 * v);
+        assert_eq!(Drag::NONE.torque_n_m(&v), Vector3::zeros());
+        assert_eq!(Drag::NONE.force_n(&v), Vector3::zeros());
+    }
+
+    #[test]
+    fn air_that_would_drive_the_body_is_refused_by_name() {
+        type Field = fn(&mut Drag) -> &mut f64;
+        let fields: [(&str, Field); 4] = [
+            ("drag_rotation_n_m_s_rad", |d| &mut d.rotation_n_m_s_rad),
+            ("drag_rotation_quadratic_n_m_s2_rad2", |d| &mut d.rotation_quadratic_n_m_s2_rad2),
+            ("drag_translation_n_s_m", |d| &mut d.translation_n_s_m),
+            ("drag_translation_quadratic_n_s2_m2", |d| &mut d.translation_quadratic_n_s2_m2),
+        ];
+        assert!(Drag::NONE.check().is_ok());
+        for (name, field) in fields {
+            for bad in [-1e-9, f64::NAN, f64::INFINITY] {
+                let mut drag = Drag::NONE;
+                *field(&mut drag) = bad;
+                let refused = drag.check().unwrap_err();
+                assert_eq!((refused.name, refused.bound), (name, Bound::AtLeast(0.0)));
+            }
+        }
+    }
+}

@@ -30,8 +30,8 @@ pub struct Impulse {
     pub linear_w_n_s: [f64; 3],
 }
 
-/// Angular impulses at random times: in each cell of the disturbance grid at most one, at its
-/// start, with the probability of a Poisson process of this rate.
+/// Angular impulses at random times: in each cell of the disturbance grid but the first at most
+/// one, at its start, with the probability of a Poisson process of this rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoissonImpulses {
     /// Mean number in a second, Hz.
@@ -213,4 +213,182 @@ impl Timeline {
 /// Three standard normal numbers of a cell, one for each axis.
 fn normals(random: &mut AddressedRandom, cell: u64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| random.standard_normal(3 * cell + axis as u64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn timeline(disturbances: &Disturbances) -> Timeline {
+        Timeline::new(disturbances).unwrap()
+    }
+
+    fn noisy(grid_hz: f64) -> Disturbances {
+        let noise = Some(TorqueNoise { density_b_n_m_sqrt_hz: [1e-3, 2e-3, 0.0] });
+        Disturbances { seed: Seed(3), grid_hz, noise, ..Disturbances::default() }
+    }
+
+    proptest! {
+        #[test]
+        fn the_mean_noise_of_any_partition_adds_up_to_the_same_integral(
+            grid_hz in 1.0..3000.0_f64,
+            mut cuts_ns in proptest::collection::vec(0..5_000_000_i64, 2..12),
+        ) {
+            cuts_ns.sort_unstable();
+            let mut timeline = timeline(&noisy(grid_hz));
+            let cuts: Vec<_> = cuts_ns.into_iter().map(SimTime::from_ns).collect();
+            let mut integral = |from: SimTime, to: SimTime| {
+                timeline.mean_noise_b_n_m(from, to) * to.seconds_since(from)
+            };
+            let parts: Vector3<f64> = cuts.windows(2).map(|w| integral(w[0], w[1])).sum();
+            let whole = integral(cuts[0], cuts[cuts.len() - 1]);
+            // Some thirty roundings of 0.2 N·m times 5 ms.
+            prop_assert!((parts - whole).norm() < 1e-17, "{parts} {whole}");
+        }
+
+        #[test]
+        fn the_mean_noise_of_a_cell_is_the_torque_held_on_it(
+            grid_hz in 1.0..3000.0_f64,
+            cell in 0..5000_u64,
+        ) {
+            let mut timeline = timeline(&noisy(grid_hz));
+            let (from, to) = (timeline.grid.time_of(cell), timeline.grid.time_of(cell + 1));
+            let held = timeline.noise_of(cell);
+            let mean = timeline.mean_noise_b_n_m(from, to);
+            prop_assert!((mean - held).norm() <= 4.0 * f64::EPSILON * held.norm());
+        }
+    }
+
+    #[test]
+    fn no_noise_and_no_time_have_no_mean() {
+        let at = SimTime::from_ns(1_000_000);
+        assert_eq!(timeline(&noisy(70.0)).mean_noise_b_n_m(at, at), Vector3::zeros());
+        let mut quiet = timeline(&Disturbances::default());
+        assert_eq!(quiet.mean_noise_b_n_m(SimTime::ZERO, at), Vector3::zeros());
+        assert_eq!(quiet.next_change(), None);
+    }
+
+    #[test]
+    fn the_held_value_has_the_spectral_density_on_each_axis() {
+        let grid_hz = 200.0;
+        let mut timeline = timeline(&noisy(grid_hz));
+        let n = 20_000_u32;
+        let mut square = Vector3::zeros();
+        for cell in 0..u64::from(n) {
+            square += timeline.noise_of(cell).map(|v| v * v) / f64::from(n);
+        }
+        // The variance of n squares: four standard errors of √(2/n).
+        let slack = 4.0 * (2.0 / f64::from(n)).sqrt();
+        assert!((square.x / (1e-6 * grid_hz) - 1.0).abs() < slack, "{square}");
+        assert!((square.y / (4e-6 * grid_hz) - 1.0).abs() < slack, "{square}");
+        assert!(square.z == 0.0);
+    }
+
+    fn poisson(rate_hz: f64) -> Disturbances {
+        let poisson = PoissonImpulses { rate_hz, angular_sigma_b_n_m_s: [1e-3, 2e-3, 0.0] };
+        Disturbances { poisson: Some(poisson), grid_hz: 100.0, ..Disturbances::default() }
+    }
+
+    #[test]
+    fn random_impulses_come_as_often_and_as_hard_as_they_say() {
+        let mut timeline = timeline(&poisson(5.0));
+        let cells = 100_000_u64;
+        let impulses: Vec<_> = (1..=cells).filter_map(|k| timeline.random_impulse(k)).collect();
+        let n = impulses.len() as f64;
+        // Binomial: at a mean rate of 5 Hz in cells of 10 ms, p = 1 − e^{−1/20}.
+        let p = 1.0 - (-0.05_f64).exp();
+        let mean = p * cells as f64;
+        assert!((n - mean).abs() < 4.0 * (mean * (1.0 - p)).sqrt(), "{n} against {mean}");
+        for (axis, sigma) in [1e-3, 2e-3].into_iter().enumerate() {
+            let square = impulses.iter().map(|i| i.angular_b_n_m_s[axis].powi(2)).sum::<f64>() / n;
+            assert!((square / (sigma * sigma) - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{axis}");
+        }
+        assert!(impulses.iter().all(|i| i.angular_b_n_m_s[2] == 0.0));
+        assert!(impulses.iter().all(|i| i.linear_w_n_s.iter().all(|part| *part == 0.0)));
+    }
+
+    /// Every impulse of the first second, in the order in which it acts.
+    fn passed(disturbances: &Disturbances) -> Vec<Impulse> {
+        let mut timeline = timeline(disturbances);
+        let mut all = Vec::new();
+        while let Some(change) = timeline.next_change().filter(|t| t.as_s() <= 1.0) {
+            all.extend(timeline.pass(change));
+        }
+        all
+    }
+
+    #[test]
+    fn given_impulses_act_once_each_in_the_order_of_time() {
+        let at = |ns| Impulse {
+            time: SimTime::from_ns(ns),
+            angular_b_n_m_s: [ns as f64, 0.0, 0.0],
+            linear_w_n_s: [0.0; 3],
+        };
+        let impulses = vec![at(900_000_000), at(0), at(10_000_000), at(10_000_000), at(12_345)];
+        let sorted = vec![at(0), at(12_345), at(10_000_000), at(10_000_000), at(900_000_000)];
+        let given = Disturbances { impulses, ..Disturbances::default() };
+        assert_eq!(passed(&given), sorted);
+        // Among cells of noise, one of whose borders they share.
+        let among = Disturbances { grid_hz: 100.0, ..noisy(100.0) };
+        assert_eq!(passed(&Disturbances { impulses: given.impulses, ..among }), sorted);
+    }
+
+    #[test]
+    fn seed_and_run_choose_the_random_impulses() {
+        let one = passed(&poisson(10.0));
+        assert!(!one.is_empty());
+        assert_eq!(one, passed(&poisson(10.0)));
+        assert_ne!(one, passed(&Disturbances { run: 1, ..poisson(10.0) }));
+        assert_ne!(one, passed(&Disturbances { seed: Seed(1), ..poisson(10.0) }));
+        let grid = SampleGrid::new(SimTime::ZERO, 100.0).unwrap();
+        for impulse in one {
+            assert_eq!(grid.time_of(grid.periods_until(impulse.time)), impulse.time);
+        }
+    }
+
+    fn refusal(disturbances: &Disturbances) -> (&'static str, Bound) {
+        let refused = disturbances.check().unwrap_err();
+        assert!(!refused.reason.is_empty());
+        (refused.name, refused.bound)
+    }
+
+    #[test]
+    fn disturbances_that_cannot_be_are_refused_by_name_and_bound() {
+        for axis in 0..3 {
+            for bad in [-1e-9, f64::NAN, f64::INFINITY] {
+                let mut density_b_n_m_sqrt_hz = [0.0; 3];
+                density_b_n_m_sqrt_hz[axis] = bad;
+                let noise = Some(TorqueNoise { density_b_n_m_sqrt_hz });
+                let disturbed = Disturbances { noise, ..Disturbances::default() };
+                let expected = ("torque_noise_n_m_sqrt_hz", Bound::AtLeast(0.0));
+                assert_eq!(refusal(&disturbed), expected);
+                let mut disturbed = poisson(5.0);
+                disturbed.poisson.as_mut().unwrap().angular_sigma_b_n_m_s[axis] = bad;
+                assert_eq!(refusal(&disturbed), ("impulse_sigma_n_m_s", Bound::AtLeast(0.0)));
+            }
+        }
+        for bad in [0.0, -1.0, f64::NAN] {
+            assert_eq!(refusal(&poisson(bad)), ("impulse_rate_hz", Bound::Above(0.0)));
+        }
+        assert_eq!(refusal(&poisson(10.1)), ("impulse_rate_hz", Bound::AtMost(10.0)));
+        assert!(poisson(10.0).check().is_ok(), "a tenth of the cells");
+    }
+
+    #[test]
+    fn blows_that_cannot_be_are_refused_by_name_and_bound() {
+        let blow =
+            Impulse { time: SimTime::ZERO, angular_b_n_m_s: [0.1; 3], linear_w_n_s: [0.1; 3] };
+        let with =
+            |impulse| Disturbances { impulses: vec![blow, impulse], ..Disturbances::default() };
+        assert!(with(blow).check().is_ok());
+        for bad in [f64::NAN, f64::NEG_INFINITY] {
+            let angular = Impulse { angular_b_n_m_s: [0.0, bad, 0.0], ..blow };
+            assert_eq!(refusal(&with(angular)), ("impulse", Bound::Finite));
+            let linear = Impulse { linear_w_n_s: [0.0, 0.0, bad], ..blow };
+            assert_eq!(refusal(&with(linear)), ("impulse", Bound::Finite));
+        }
+        let early = Impulse { time: SimTime::from_ns(-1), ..blow };
+        assert_eq!(refusal(&with(early)), ("impulse_time_s", Bound::AtLeast(0.0)));
+    }
 }

@@ -64,6 +64,7 @@ impl fmt::Display for Backend {
 }
 
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "the plain form, the fast one, stays in line")]
 enum Mechanics {
     Plain(Lagrange<STATES, BodyEquations>),
     Full(Box<Lagrange<FULL_STATES, FullEquations>>),

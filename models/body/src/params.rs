@@ -163,7 +163,7 @@ fn check_inertia(params: &BodyParams) -> Result<f64, ParameterError> {
         Bound::Finite.check("products_kg_m2", product, "a body of finite size has finite ones")?;
     }
     let smallest = moments.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-    if params.products_kg_m2 == [0.0; 3] {
+    if params.products_kg_m2.iter().all(|product| *product == 0.0) {
         return Ok(smallest);
     }
     let [a, b, c] = moments;

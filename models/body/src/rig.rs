@@ -155,3 +155,130 @@ impl Rig {
             && self.earth_rate_w_rad_s == Vector3::zeros()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::{PARAMS, S2};
+    use crate::{Creep, Impulse, TorqueNoise, Vibration, YieldElement, YieldLaw};
+    use struna_kernel::SimTime;
+
+    fn rig() -> Rig {
+        Rig::from(Body::new(&PARAMS).unwrap())
+    }
+
+    fn refusal(rig: &Rig) -> (&'static str, Bound) {
+        match rig.check() {
+            Err(BodyError::Parameter(refused)) => (refused.name, refused.bound),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn each_part_of_a_rig_is_judged_with_it() {
+        assert!(rig().check().is_ok());
+        for bad in [0.099, 0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let short = Rig { string_length_m: Some(bad), ..rig() };
+            assert_eq!(refusal(&short), ("string_length_m", Bound::AtLeast(0.1)), "{bad}");
+        }
+        let hysteresis = Some(Hysteresis { law: YieldLaw::Dahl, elements: Vec::new() });
+        assert_eq!(refusal(&Rig { hysteresis, ..rig() }).0, "yield_elements");
+        let creep = Some(Creep { time_s: 0.0, share: 0.0 });
+        assert_eq!(refusal(&Rig { creep, ..rig() }).0, "creep_time_s");
+        let drag = Drag { translation_n_s_m: -1.0, ..Drag::NONE };
+        assert_eq!(refusal(&Rig { drag, ..rig() }).0, "drag_translation_n_s_m");
+        let support = Support { clamp_rad: f64::NAN, ..Support::default() };
+        assert_eq!(refusal(&Rig { support, ..rig() }).0, "clamp_rad");
+        let noise = Some(TorqueNoise { density_b_n_m_sqrt_hz: [-1.0; 3] });
+        let disturbances = Disturbances { noise, ..Disturbances::default() };
+        assert_eq!(refusal(&Rig { disturbances, ..rig() }).0, "torque_noise_n_m_sqrt_hz");
+        let earth_rate_w_rad_s = Vector3::new(0.0, f64::NAN, 0.0);
+        let turned = Rig { earth_rate_w_rad_s, ..rig() };
+        assert_eq!(refusal(&turned), ("earth_rate_w_rad_s", Bound::Finite));
+    }
+
+    #[test]
+    fn a_disturbance_grid_that_is_none_is_refused() {
+        for grid_hz in [0.0, -1.0, f64::NAN, 1e10] {
+            let disturbances = Disturbances { grid_hz, ..Disturbances::default() };
+            let refused = Rig { disturbances, ..rig() }.check();
+            assert!(matches!(refused, Err(BodyError::Grid(_))), "{grid_hz}: {refused:?}");
+        }
+    }
+
+    #[test]
+    fn the_longest_step_turns_the_fastest_mode_by_half_a_radian() {
+        // Each rig makes another mode the fastest; rates in rad/s from the formulas of those
+        // modes: √(Mgd/A), √(Mgd/A + g/L), √(Σk/A), c/A + b/M, and the shaking itself.
+        let swing = 98.1_f64;
+        let stiff = Hysteresis {
+            law: YieldLaw::Slip,
+            elements: vec![YieldElement { stiffness_n_m_rad: 4.0, yield_rad: 1e-9 }],
+        };
+        let k = rig().body.stiffness_n_m_rad();
+        let thick = Drag { rotation_n_m_s_rad: 0.2, translation_n_s_m: 3.0, ..Drag::NONE };
+        let vibration = Vibration { amplitude_w_m: [0.0; 3], frequency_hz: 5.0, phase_rad: 0.0 };
+        let shaken = Support { vibrations: vec![vibration], ..Support::default() };
+        let fastest = [
+            (rig(), swing.sqrt()),
+            (Rig { string_length_m: Some(0.5), ..rig() }, (swing + 19.62).sqrt()),
+            (Rig { hysteresis: Some(stiff), ..rig() }, ((4.0 + k) / 0.01).sqrt()),
+            (Rig { drag: thick, ..rig() }, 23.0),
+            (Rig { support: shaken, ..rig() }, 10.0 * std::f64::consts::PI),
+        ];
+        for (rig, rate_rad_s) in fastest {
+            let longest_s = 0.5 / rate_rad_s;
+            assert!(rig.check_step(&S2, longest_s * (1.0 - 1e-12)).is_ok(), "{rate_rad_s}");
+            match rig.check_step(&S2, longest_s * (1.0 + 1e-12)) {
+                Err(BodyError::Parameter(ParameterError { name, bound, .. })) => {
+                    assert_eq!(name, "step_s");
+                    assert!(
+                        matches!(bound, Bound::AtMost(s) if (s / longest_s - 1.0).abs() < 1e-12)
+                    );
+                }
+                other => panic!("{rate_rad_s}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_wild_start_shortens_the_longest_step() {
+        let start = StartState { omega_wb_b_rad_s: [0.0, 0.0, 100.0], ..StartState::AT_REST };
+        // Half of C·ω² put into the smallest moment A.
+        let limit_s = 0.5 / (0.012_f64 * 1e4 / 0.01).sqrt();
+        assert!(rig().check_step(&start, limit_s * 1.001).is_err());
+        assert!(rig().check_step(&start, limit_s * 0.999).is_ok());
+    }
+
+    #[test]
+    fn whatever_is_added_leaves_the_plain_equations() {
+        assert!(rig().is_plain());
+        let element = YieldElement { stiffness_n_m_rad: 1e-6, yield_rad: 0.1 };
+        let hysteresis = Some(Hysteresis { law: YieldLaw::Slip, elements: vec![element] });
+        let impulse =
+            Impulse { time: SimTime::ZERO, angular_b_n_m_s: [0.0; 3], linear_w_n_s: [0.0; 3] };
+        let struck = Disturbances { impulses: vec![impulse], ..Disturbances::default() };
+        let noise = Some(TorqueNoise { density_b_n_m_sqrt_hz: [0.0; 3] });
+        let noisy = Disturbances { noise, ..Disturbances::default() };
+        let others = [
+            Rig { string_length_m: Some(1e6), ..rig() },
+            Rig { hysteresis, ..rig() },
+            Rig { creep: Some(Creep { time_s: 1.0, share: 0.0 }), ..rig() },
+            Rig { drag: Drag { rotation_n_m_s_rad: 1e-9, ..Drag::NONE }, ..rig() },
+            Rig { support: Support { clamp_rad: 0.1, ..Support::default() }, ..rig() },
+            Rig { disturbances: struck, ..rig() },
+            Rig { disturbances: noisy, ..rig() },
+            Rig { earth_rate_w_rad_s: earth_rate_w_rad_s(0.5), ..rig() },
+        ];
+        for other in others {
+            assert!(!other.is_plain(), "{other:?}");
+        }
+    }
+
+    #[test]
+    fn the_earth_turns_up_at_the_pole_and_north_at_the_equator() {
+        let [pole, equator] = [std::f64::consts::FRAC_PI_2, 0.0].map(earth_rate_w_rad_s);
+        assert!((pole - Vector3::z() * EARTH_RATE_RAD_S).norm() < 1e-20);
+        assert_eq!(equator, Vector3::y() * EARTH_RATE_RAD_S);
+    }
+}

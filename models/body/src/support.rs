@@ -126,3 +126,99 @@ fn harmonic(frequency_hz: f64, phase_rad: f64, time_s: f64) -> (f64, f64, f64) {
     let (sin, cos) = libm::sincos(w * time_s + phase_rad);
     (w, sin, cos)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shaken() -> Support {
+        Support {
+            vibrations: vec![
+                Vibration { amplitude_w_m: [0.02, -0.01, 0.0], frequency_hz: 0.3, phase_rad: 0.4 },
+                Vibration { amplitude_w_m: [0.0, 0.01, 0.002], frequency_hz: 1.0, phase_rad: -2.0 },
+            ],
+            clamp_rad: 0.3,
+            clamp_rate_rad_s: -0.02,
+            clamp_swings: vec![
+                ClampSwing { amplitude_rad: 0.1, frequency_hz: 0.5, phase_rad: 1.0 },
+                ClampSwing { amplitude_rad: -0.2, frequency_hz: 0.1, phase_rad: 0.0 },
+            ],
+        }
+    }
+
+    #[test]
+    fn velocity_and_acceleration_are_the_slopes_of_position_and_velocity() {
+        let (support, h) = (shaken(), 1e-4);
+        for time_s in [0.0, 0.37, 5.1, 100.0] {
+            let [before, now, after] = [time_s - h, time_s, time_s + h].map(|t| support.at(t));
+            let velocity = (after.position_w_m - before.position_w_m) / (2.0 * h);
+            let acceleration = (after.velocity_w_m_s - before.velocity_w_m_s) / (2.0 * h);
+            let clamp_rate = (after.clamp_rad - before.clamp_rad) / (2.0 * h);
+            // Central differences err by h²/6·w³·amplitude, 4e-9 m/s and 3e-8 m/s² at 1 Hz, and
+            // roundings of 100 s of phase leave 1e-14·0.02/1e-4.
+            assert!((velocity - now.velocity_w_m_s).norm() < 1e-8, "{time_s} s");
+            assert!((acceleration - now.acceleration_w_m_s2).norm() < 1e-7, "{time_s} s");
+            assert!((clamp_rate - now.clamp_rate_rad_s).abs() < 1e-8, "{time_s} s");
+        }
+    }
+
+    #[test]
+    fn the_start_shows_amplitude_times_the_sine_of_the_phase() {
+        let start = shaken().at(0.0);
+        let expected = [
+            0.02 * 0.4_f64.sin(),
+            -0.01 * 0.4_f64.sin() - 0.01 * 2.0_f64.sin(),
+            -0.002 * 2.0_f64.sin(),
+        ];
+        assert!((start.position_w_m - Vector3::from(expected)).norm() < 1e-17);
+        assert!((start.clamp_rad - (0.3 + 0.1 * 1.0_f64.sin())).abs() < 1e-16);
+    }
+
+    #[test]
+    fn a_support_knows_whether_and_how_fast_it_moves() {
+        let still = Support::default();
+        assert!(still.is_still() && still.is_vertical());
+        assert!(still.frequency_max_rad_s() == 0.0);
+        let mut support = shaken();
+        assert!(!support.is_still() && !support.is_vertical());
+        assert!((support.frequency_max_rad_s() - TAU).abs() < 1e-15);
+        support.clamp_swings[1].frequency_hz = 3.0;
+        assert!((support.frequency_max_rad_s() - 3.0 * TAU).abs() < 1e-14);
+        support.vibrations.retain_mut(|v| {
+            v.amplitude_w_m[..2].fill(0.0);
+            true
+        });
+        assert!(support.is_vertical() && !support.is_still());
+    }
+
+    #[test]
+    fn supports_that_cannot_be_are_refused_by_name_and_bound() {
+        let refusal = |change: &dyn Fn(&mut Support)| {
+            let mut support = shaken();
+            change(&mut support);
+            let refused = support.check().unwrap_err();
+            assert!(!refused.reason.is_empty());
+            (refused.name, refused.bound)
+        };
+        assert!(shaken().check().is_ok());
+        let finite = Bound::Finite;
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert_eq!(refusal(&|s| s.clamp_rad = bad), ("clamp_rad", finite));
+            assert_eq!(refusal(&|s| s.clamp_rate_rad_s = bad), ("clamp_rate_rad_s", finite));
+            let amplitude = ("support_amplitude_w_m", finite);
+            assert_eq!(refusal(&|s| s.vibrations[1].amplitude_w_m[2] = bad), amplitude);
+            assert_eq!(refusal(&|s| s.vibrations[1].phase_rad = bad), ("phase_rad", finite));
+            let swing = ("clamp_amplitude_rad", finite);
+            assert_eq!(refusal(&|s| s.clamp_swings[1].amplitude_rad = bad), swing);
+            assert_eq!(refusal(&|s| s.clamp_swings[0].phase_rad = bad), ("phase_rad", finite));
+        }
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let frequency = ("frequency_hz", Bound::Above(0.0));
+            assert_eq!(refusal(&|s| s.vibrations[0].frequency_hz = bad), frequency);
+            assert_eq!(refusal(&|s| s.clamp_swings[0].frequency_hz = bad), frequency);
+        }
+        let many = ("vibrations", Bound::AtMost(16.0));
+        assert_eq!(refusal(&|s| s.vibrations = vec![s.vibrations[0]; 17]), many);
+        assert_eq!(refusal(&|s| s.clamp_swings = vec![s.clamp_swings[0]; 17]), many);
+    }
+}

@@ -213,3 +213,195 @@ fn check_creep(creep: &Creep) -> Result<(), ParameterError> {
     Bound::AtMost(1.0).check("creep_share", creep.share, share)?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::PARAMS;
+    use proptest::prelude::*;
+
+    fn element(stiffness_n_m_rad: f64, yield_rad: f64) -> YieldElement {
+        YieldElement { stiffness_n_m_rad, yield_rad }
+    }
+
+    fn law(law: YieldLaw, elements: &[YieldElement]) -> Result<ThreadLaw, ParameterError> {
+        let hysteresis = Hysteresis { law, elements: elements.to_vec() };
+        ThreadLaw::new(&Body::new(&PARAMS).unwrap(), Some(&hysteresis), None)
+    }
+
+    fn pair(kind: YieldLaw) -> ThreadLaw {
+        law(kind, &[element(2e-6, 0.1), element(1e-6, 0.5)]).unwrap()
+    }
+
+    /// Strains after turning through these changes one after another.
+    fn followed(law: &ThreadLaw, changes: &[f64]) -> Memory {
+        changes.iter().fold(Memory::default(), |memory, change| {
+            let turn_rad = memory.turn_rad + change;
+            Memory { turn_rad, strain_rad: law.strained(&memory, turn_rad) }
+        })
+    }
+
+    fn either() -> impl Strategy<Value = YieldLaw> {
+        prop_oneof![Just(YieldLaw::Slip), Just(YieldLaw::Dahl)]
+    }
+
+    proptest! {
+        #[test]
+        fn no_history_strains_an_element_beyond_its_yield(
+            kind in either(),
+            changes in proptest::collection::vec(-3.0..3.0_f64, 1..40),
+        ) {
+            let strain = followed(&pair(kind), &changes).strain_rad;
+            // Dahl's sum of two products rounds; slip's bound is exact.
+            prop_assert!(strain[0].abs() <= 0.1 * (1.0 + f64::EPSILON));
+            prop_assert!(strain[1].abs() <= 0.5 * (1.0 + f64::EPSILON));
+            prop_assert_eq!(&strain[2..], &[0.0, 0.0], "elements that do not exist");
+        }
+
+        #[test]
+        fn a_monotone_turn_may_be_cut_anywhere(
+            kind in either(),
+            history in proptest::collection::vec(-1.0..1.0_f64, 0..10),
+            (first, second) in (0.0..1.0_f64, 0.0..1.0_f64),
+            sense in prop_oneof![Just(1.0), Just(-1.0)],
+        ) {
+            let law = pair(kind);
+            let mut cut = history.clone();
+            cut.extend([sense * first, sense * second]);
+            let mut whole = history;
+            whole.push(sense * (first + second));
+            let (cut, whole) = (followed(&law, &cut), followed(&law, &whole));
+            for i in 0..2 {
+                // Turns up to 12 rad in sums of a different order.
+                prop_assert!((cut.strain_rad[i] - whole.strain_rad[i]).abs() < 1e-14);
+            }
+        }
+
+        #[test]
+        fn a_closed_cycle_takes_work_and_never_gives_any(
+            kind in either(),
+            history in proptest::collection::vec(-1.0..1.0_f64, 0..10),
+            swing in 0.001..1.0_f64,
+        ) {
+            // The second of two equal cycles is closed in strain as well; its work is the area of
+            // its loop, by trapezia on turns where the torque is monotone.
+            let law = pair(kind);
+            let mut memory = followed(&law, &history);
+            let mut work = [0.0; 2];
+            for cycle in &mut work {
+                for step in [swing, -swing, -swing, swing].map(|part| part / 50.0) {
+                    for _ in 0..50 {
+                        let turn_rad = memory.turn_rad + step;
+                        let next = Memory { turn_rad, strain_rad: law.strained(&memory, turn_rad) };
+                        let torque = |m: &Memory| law.torque_n_m(m.turn_rad, 0.0, 0.0, m);
+                        *cycle -= 0.5 * step * (torque(&memory) + torque(&next));
+                        memory = next;
+                    }
+                }
+            }
+            // Roundings of 1e-5 J of spring work.
+            prop_assert!(work[1] > -1e-18, "{work:?}");
+        }
+    }
+
+    #[test]
+    fn a_strain_follows_small_turns_and_saturates_at_large_ones() {
+        for (kind, after_a_fifth) in
+            [(YieldLaw::Slip, 0.02), (YieldLaw::Dahl, 0.1 * (1.0 - (-0.2_f64).exp()))]
+        {
+            let law = pair(kind);
+            for sense in [1.0, -1.0] {
+                let strain = followed(&law, &[sense * 0.02]).strain_rad[0];
+                assert!((strain - sense * after_a_fifth).abs() < 1e-16, "{kind:?}");
+                let strain = followed(&law, &[sense * 100.0]).strain_rad[0];
+                assert!((strain - sense * 0.1).abs() < 1e-16, "{kind:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_turn_of_nothing_changes_no_strain() {
+        for kind in [YieldLaw::Slip, YieldLaw::Dahl] {
+            let law = pair(kind);
+            for history in [[0.03, 0.0], [1.0, -0.02], [-2.0, 0.7]] {
+                let memory = followed(&law, &history);
+                let again = law.strained(&memory, memory.turn_rad);
+                for (a, b) in again.iter().zip(&memory.strain_rad) {
+                    assert!((a - b).abs() <= f64::EPSILON * b.abs(), "{kind:?}: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_regime_tells_direction_and_slip() {
+        let law = pair(YieldLaw::Slip);
+        let stuck = followed(&law, &[0.05]);
+        let slipping = followed(&law, &[0.2]);
+        let of = |memory: &Memory, rate| law.regime(memory.turn_rad, rate, memory);
+        let all = [of(&stuck, 1.0), of(&stuck, -1.0), of(&slipping, 1.0)];
+        assert!(all[0] != all[1] && all[0] != all[2] && all[1] != all[2], "{all:?}");
+        assert_eq!(of(&slipping, -1.0), of(&stuck, -1.0), "turned back, every element sticks");
+        let ahead = |turn_rad| law.regime(turn_rad, 1.0, &stuck);
+        assert_eq!(ahead(0.099), ahead(0.05));
+        assert_ne!(ahead(0.101), ahead(0.05), "the first element yields at 0.1");
+        let dahl = pair(YieldLaw::Dahl);
+        assert_eq!(dahl.regime(9.0, 1.0, &stuck), dahl.regime(0.0, 1.0, &stuck));
+    }
+
+    #[test]
+    fn torque_and_energy_belong_together() {
+        // Elastic turns only: torque is minus the slope of the energy.
+        let law = pair(YieldLaw::Slip);
+        let energy = |turn_rad: f64| {
+            let memory = followed(&law, &[turn_rad]);
+            law.energy_j(turn_rad, 0.3, &memory)
+        };
+        let slope = (energy(0.05 + 1e-4) - energy(0.05 - 1e-4)) / 2e-4;
+        let torque = law.torque_n_m(0.05, 0.0, 0.3, &Memory::default());
+        // The energy is quadratic, so the difference is exact but for roundings of 1e-7 J / 1e-4.
+        assert!((slope + torque).abs() < 1e-18, "{slope} {torque}");
+        assert!(law.yields() && !law.is_linear());
+        let linear = ThreadLaw::new(&Body::new(&PARAMS).unwrap(), None, None).unwrap();
+        assert!(linear.is_linear() && !linear.yields());
+        let small = law.stiffness_max_n_m_rad() - linear.stiffness_max_n_m_rad();
+        assert!((small - 3e-6).abs() < 1e-20, "{small}");
+    }
+
+    #[test]
+    fn threads_that_cannot_be_are_refused_by_name_and_bound() {
+        let refusal = |elements: &[YieldElement]| {
+            let refused = law(YieldLaw::Slip, elements).unwrap_err();
+            assert!(!refused.reason.is_empty());
+            (refused.name, refused.bound)
+        };
+        let good = element(1e-6, 0.1);
+        assert_eq!(refusal(&[]), ("yield_elements", Bound::AtLeast(1.0)));
+        assert_eq!(refusal(&[good; 5]), ("yield_elements", Bound::AtMost(4.0)));
+        assert!(law(YieldLaw::Slip, &[good; 4]).is_ok());
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let positive = Bound::Above(0.0);
+            assert_eq!(refusal(&[good, element(bad, 0.1)]), ("yield_stiffness_n_m_rad", positive));
+            assert_eq!(refusal(&[good, element(1e-6, bad)]), ("yield_rad", positive));
+        }
+    }
+
+    #[test]
+    fn creeps_that_cannot_be_are_refused_by_name_and_bound() {
+        let body = Body::new(&PARAMS).unwrap();
+        let refusal = |time_s: f64, share: f64| {
+            let refused = ThreadLaw::new(&body, None, Some(&Creep { time_s, share })).unwrap_err();
+            (refused.name, refused.bound)
+        };
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(refusal(bad, 0.5), ("creep_time_s", Bound::Above(0.0)));
+        }
+        assert_eq!(refusal(10.0, -0.1), ("creep_share", Bound::AtLeast(0.0)));
+        assert_eq!(refusal(10.0, f64::NAN), ("creep_share", Bound::AtLeast(0.0)));
+        assert_eq!(refusal(10.0, 1.1), ("creep_share", Bound::AtMost(1.0)));
+        let creep = Creep { time_s: 10.0, share: 0.5 };
+        let law = ThreadLaw::new(&body, None, Some(&creep)).unwrap();
+        assert!(!law.is_linear() && !law.yields());
+        assert!((law.neutral_rate_rad_s(2.0, 0.4) - 0.08).abs() < 1e-16);
+    }
+}

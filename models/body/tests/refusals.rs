@@ -1,5 +1,7 @@
 //! What a run refuses, and that a refusal leaves it standing.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed unwrap fails the test")]
+
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 use struna_body::{

@@ -80,8 +80,9 @@ impl Slip {
     }
 }
 
-/// Largest departure of spring, motion, strains and heat from their sum at the start, J.
-fn imbalance_j(start: &StartState, end_s: f64) -> (f64, f64) {
+/// Largest departure of spring, motion, strains and heat from their sum at the start, J, in a run
+/// of `end_s`; and the heat at its end, J.
+fn imbalance_j(start: &StartState, end_s: i32) -> (f64, f64) {
     let rig = rig(YieldLaw::Slip, &FOUR, 0.0);
     let body: Body = rig.body;
     let elements = rig.hysteresis.clone().unwrap().elements;
@@ -92,7 +93,7 @@ fn imbalance_j(start: &StartState, end_s: f64) -> (f64, f64) {
     let mut run = TruthMotion::new(rig, start, Integrator::Rk4 { step_s: 1e-3 }).unwrap();
     let first = run.motion_at(at_s(0.0)).unwrap();
     let (start_j, mut turn_rad, mut worst_j) = (body.energy_j(&first), first.twist_rad, 0.0_f64);
-    for k in 1..=(end_s * 1e3).round() as i32 {
+    for k in 1..=1000 * end_s {
         let motion = run.motion_at(at_s(1e-3 * f64::from(k))).unwrap();
         slips.iter_mut().for_each(|slip| slip.turn(motion.twist_rad - turn_rad));
         turn_rad = motion.twist_rad;
@@ -104,8 +105,7 @@ fn imbalance_j(start: &StartState, end_s: f64) -> (f64, f64) {
 
 #[test]
 fn what_the_motion_loses_is_the_heat_of_slipping() {
-    for (name, start, end_s) in [("torsion", reference::S1, 300.0), ("swing", reference::S3, 60.0)]
-    {
+    for (name, start, end_s) in [("torsion", reference::S1, 300), ("swing", reference::S3, 60)] {
         let (worst_j, heat_j) = imbalance_j(&start, end_s);
         println!("{name}: {worst_j:.1e} J of {heat_j:.1e} J lost unaccounted for");
         assert!(heat_j > 1e-5, "{name}: it must slip");
