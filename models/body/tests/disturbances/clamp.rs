@@ -1,6 +1,7 @@
 //! The turning clamp and the creeping thread: linear systems with closed solutions.
 
 use crate::{RECORD, RK4_1MS, at_s, damped, run};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use struna_body::{
     BodyError, ClampSwing, Creep, DampedTorsion, Hysteresis, Integrator, Rig, StartState,
@@ -94,25 +95,32 @@ fn a_creeping_thread_relaxes_as_its_closed_form_does() {
     let body = damped(20.0, 0.0);
     let (time_s, share) = (15.0, 0.4);
     let rig = Rig { creep: Some(Creep { time_s, share }), ..Rig::from(body) };
-    let (start_rad, start_rate) = (2.0, 0.3);
-    let rate_s = share / time_s;
-    let c = body.params().inertia_kg_m2[2];
-    let omega2 = body.stiffness_n_m_rad() / c;
-    // The stretch e = τ − τ₀ obeys e″ + r·e′ + Ω²e = 0, a damped torsion of ratio r/(2Ω); the rate
-    // w = e′ + r·e then gives the neutral angle r·∫e = r·(w₀ − w)/Ω².
-    let alike = damped(20.0, rate_s / (2.0 * omega2.sqrt()));
-    let stretch = DampedTorsion::new(&alike, start_rad, start_rate - rate_s * start_rad);
+    let omega2 = body.stiffness_n_m_rad() / body.params().inertia_kg_m2[2];
+    // Twist, its rate and the neutral angle of a standard linear solid: a linear system.
+    let system =
+        Matrix3::new(0.0, 1.0, 0.0, -omega2, 0.0, omega2, share / time_s, 0.0, -1.0 / time_s);
+    let start = Vector3::new(2.0, 0.3, 0.0);
     for integrator in [RK4_1MS, RECORD] {
-        let mut run = run(&rig, &StartState::twisted(start_rad, start_rate), integrator);
+        let mut run = run(&rig, &StartState::twisted(start.x, start.y), integrator);
         for time_s in [0.0, 3.0, 20.0, 100.0] {
             let motion = run.motion_at(at_s(time_s)).unwrap();
-            let rate = stretch.twist_rate_rad_s(time_s) + rate_s * stretch.twist_rad(time_s);
-            let twist_rad = stretch.twist_rad(time_s) + rate_s * (start_rate - rate) / omega2;
+            let exact = (system * time_s).exp() * start;
             // Some 1e5 roundings of 2 rad, or the tolerance on them.
-            assert!((motion.twist_rad - twist_rad).abs() < 2e-10, "{integrator:?}, {time_s} s");
-            assert!((motion.twist_rate_rad_s - rate).abs() < 2e-10, "{integrator:?}, {time_s} s");
+            assert!((motion.twist_rad - exact.x).abs() < 2e-10, "{integrator:?}, {time_s} s");
+            assert!(
+                (motion.twist_rate_rad_s - exact.y).abs() < 2e-10,
+                "{integrator:?}, {time_s} s"
+            );
         }
     }
+    // Of the stiffness only the share that does not creep holds in the end.
+    let damped = Rig { body: damped(20.0, 0.5), ..rig };
+    let held_n_m = body.stiffness_n_m_rad();
+    let mut slow = run(&damped, &StartState::AT_REST, RECORD);
+    slow.set_torque(Vector3::z() * held_n_m).unwrap();
+    let end_rad = slow.motion_at(at_s(1000.0)).unwrap().twist_rad;
+    // The slowest decay, at the rate (1 − share)/time or faster, has gone down to e⁻⁴⁰.
+    assert!((end_rad - 1.0 / (1.0 - share)).abs() < 1e-9, "{end_rad}");
 }
 
 #[test]
