@@ -202,7 +202,7 @@ fn norm2(y: &[f64; STATES]) -> f64 {
 }
 
 impl Form<STATES> for BodyEquations {
-    fn posture(&self, y: &[f64; STATES]) -> Posture {
+    fn posture(&self, _time_s: f64, y: &[f64; STATES]) -> Posture {
         let [qw, qx, qy, qz, w1, w2, w3, twist_rad, ..] = *y;
         Posture { q_wb: [qw, qx, qy, qz], omega_wb_b_rad_s: [w1, w2, w3], twist_rad }
     }

@@ -186,6 +186,7 @@ pub struct Dop853<const N: usize> {
     state: [f64; N],
     /// Length that the controller proposes for the next step; none before the first.
     proposal_s: Option<f64>,
+    step_max_s: f64,
     last: Option<Step<N>>,
     dense: Option<Dense<N>>,
 }
@@ -198,7 +199,16 @@ impl<const N: usize> Dop853<N> {
     pub fn new(tolerance: Tolerance, state: [f64; N]) -> Result<Self, OdeError<N>> {
         within("rtol", tolerance.rtol, RTOL_RANGE)?;
         within("atol", tolerance.atol, ATOL_RANGE)?;
-        Ok(Self { tolerance, time_s: 0.0, state, proposal_s: None, last: None, dense: None })
+        let (proposal_s, step_max_s, last, dense) = (None, STEP_MAX_S, None, None);
+        Ok(Self { tolerance, time_s: 0.0, state, proposal_s, step_max_s, last, dense })
+    }
+
+    /// The same integration with no step longer than `step_max_s`: for equations that change with
+    /// time in ways that the states do not show beforehand.
+    #[must_use]
+    pub fn with_step_max(mut self, step_max_s: f64) -> Self {
+        self.step_max_s = step_max_s.min(STEP_MAX_S);
+        self
     }
 
     /// The state at `time_s`, which must not lie before the start of the last step taken.
@@ -252,7 +262,8 @@ impl<const N: usize> Dop853<N> {
             let error = attempt.error_norm(&self.tolerance);
             // A NaN error compares false: the attempt is rejected and the step shrinks.
             if error <= 1.0 {
-                self.proposal_s = Some((step_s * step_factor(error, growth_max)).min(STEP_MAX_S));
+                self.proposal_s =
+                    Some((step_s * step_factor(error, growth_max)).min(self.step_max_s));
                 return self.accept(rhs, attempt);
             }
             step_s *= step_factor(error, 1.0);
@@ -305,7 +316,7 @@ impl<const N: usize> Dop853<N> {
             (0.01 / steepest).powf(-ERROR_EXPONENT)
         };
         if all_finite(&bend) && guess_s.is_finite() {
-            return Ok(guess_s.min(100.0 * probe_s));
+            return Ok(guess_s.min(100.0 * probe_s).min(self.step_max_s));
         }
         Err(OdeError::Diverged { time_s: self.time_s, step_s: probe_s, state: self.state })
     }
@@ -438,6 +449,16 @@ mod tests {
         }
         let mut run = Dop853::new(TIGHT, [1.0]).unwrap();
         assert!(matches!(run.state_at(&Hole, 1.0), Err(OdeError::Diverged { .. })));
+    }
+
+    #[test]
+    fn no_step_is_longer_than_the_longest_allowed() {
+        let mut run = Dop853::new(TIGHT, [1.0]).unwrap().with_step_max(0.01);
+        for k in 0..100_u32 {
+            run.state_at(&Swell, 0.04 * f64::from(k)).unwrap();
+            // The clock rounds a step by half of its last bit.
+            assert!(run.last.iter().all(|step| step.step_s < 0.01 + 1e-15), "{k}");
+        }
     }
 
     #[test]
