@@ -81,3 +81,38 @@ impl Mounting {
             + omega.cross(&omega.cross(&from_com))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+    use std::f64::consts::FRAC_PI_4;
+
+    #[test]
+    fn misalignments_turn_the_axis_about_x_and_then_about_y() {
+        for [x, y] in [[0.0, 0.0], [0.3, 0.0], [0.0, 0.3], [-0.2, 0.7], [FRAC_PI_4, -FRAC_PI_4]] {
+            let axis = Mounting::new([x, y], [0.0; 3]).unwrap().input_axis_b();
+            let about_x = Rotation3::from_axis_angle(&Vector3::x_axis(), x);
+            let about_y = Rotation3::from_axis_angle(&Vector3::y_axis(), y);
+            // Some products of numbers below one.
+            assert!((axis.into_inner() - about_y * about_x * Vector3::z()).norm() < 1e-15);
+        }
+        let exact = Mounting::new([0.0; 2], [0.0; 3]).unwrap();
+        assert_eq!(exact, Mounting::default());
+    }
+
+    #[test]
+    fn mountings_that_are_none_are_refused_by_name() {
+        for bad in [FRAC_PI_4 * (1.0 + 1e-15), -1.0, f64::NAN, f64::INFINITY] {
+            for turns in [[bad, 0.0], [0.0, bad]] {
+                let refused = Mounting::new(turns, [0.0; 3]).unwrap_err();
+                assert_eq!(refused.name, "|misalignment_rad|", "{turns:?}");
+            }
+        }
+        for axis in 0..3 {
+            let mut place = [0.0; 3];
+            place[axis] = f64::NAN;
+            assert_eq!(Mounting::new([0.0; 2], place).unwrap_err().name, "position_b_m");
+        }
+    }
+}

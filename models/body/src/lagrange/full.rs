@@ -14,6 +14,10 @@ pub const FULL_STATES: usize = 22;
 /// Largest share of a string's length by which its lower end may leave the vertical: sin 80°.
 const STRING_LEAN_MAX: f64 = 0.984_807_753_012_208;
 
+/// Largest phase that the fastest motion of the support may turn in one adaptive step, rad. The
+/// stages then sample it every hundredth of its period, and no slackening slips between them.
+const SUPPORT_PHASE_MAX_RAD: f64 = 0.1 * std::f64::consts::TAU;
+
 /// The right-hand side of the motion of a [`Rig`] under a held body torque.
 ///
 /// With A the point that the string holds, O the support, C the centre of mass, ε = 1/L the
@@ -217,22 +221,22 @@ fn bisector(rotation: &Matrix3<f64>) -> Vector3<f64> {
     (vertical_b + Vector3::z()) / (1.0 + vertical_b.z)
 }
 
-/// The rotation of a quaternion near unit length.
+/// The rotation of a quaternion near unit length: off the unit, the continuation that the plain
+/// equations use, so that equal steps err equally.
 #[inline(always)]
 fn rotation([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
-    let (xx, yy, zz) = (x * x, y * y, z * z);
     let (xy, xz, yz) = (x * y, x * z, y * z);
-    let (wx, wy, wz) = (w * x, w * y, w * z);
+    let (ww, wx, wy, wz) = (w * w, w * x, w * y, w * z);
     Matrix3::new(
-        1.0 - 2.0 * (yy + zz),
+        2.0 * (ww + x * x) - 1.0,
         2.0 * (xy - wz),
         2.0 * (xz + wy),
         2.0 * (xy + wz),
-        1.0 - 2.0 * (xx + zz),
+        2.0 * (ww + y * y) - 1.0,
         2.0 * (yz - wx),
         2.0 * (xz - wy),
         2.0 * (yz + wx),
-        1.0 - 2.0 * (xx + yy),
+        2.0 * (ww + z * z) - 1.0,
     )
 }
 
@@ -306,6 +310,11 @@ impl Form<FULL_STATES> for FullEquations {
         let s = States::of(y);
         let twist_rad = s.turn_rad + self.support.at(self.origin_s + time_s).clamp_rad;
         Posture { q_wb: s.q, omega_wb_b_rad_s: s.omega.into(), twist_rad }
+    }
+
+    /// A body at rest gives an adaptive step no reason to be short, however its support shakes.
+    fn step_max_s(&self) -> f64 {
+        SUPPORT_PHASE_MAX_RAD / self.support.frequency_max_rad_s()
     }
 
     fn tension_n(&self, time_s: f64, y: &[f64; FULL_STATES]) -> f64 {

@@ -19,9 +19,13 @@ use struna_kernel::{BodyMotion, Bound, SimTime};
 /// Share of a limit within which a motion that stopped is taken to have stopped at it.
 const AT_LIMIT: f64 = 1e-3;
 
+/// Searches for the limit within a failing step. The second starts within the error of a stage,
+/// some nanoseconds, of the limit, and its own stages then err by nothing.
+const LIMIT_SEARCHES: u32 = 2;
+
 /// A form of the equations: right-hand side, and the meaning of its states.
 pub(crate) trait Form<const N: usize>: Rhs<N> {
-    /// What an error says of the states.
+    /// What an error says of the states at the integrator's `time_s`.
     fn posture(&self, time_s: f64, y: &[f64; N]) -> Posture;
 
     /// Pull of the string, N; negative where it would have to push.
@@ -29,6 +33,11 @@ pub(crate) trait Form<const N: usize>: Rhs<N> {
 
     /// Weight of the body, N.
     fn weight_n(&self) -> f64;
+
+    /// Longest step that still sees everything that happens to the body, s.
+    fn step_max_s(&self) -> f64 {
+        f64::INFINITY
+    }
 
     /// How far the string leans, as a share of what the equations allow.
     fn string_lean(&self, _y: &[f64; N]) -> f64 {
@@ -53,11 +62,16 @@ enum Stepper<const N: usize> {
 }
 
 impl<const N: usize> Stepper<N> {
-    fn start(integrator: Integrator, states: [f64; N]) -> Result<Self, OdeError<N>> {
+    fn start(
+        integrator: Integrator,
+        states: [f64; N],
+        step_max_s: f64,
+    ) -> Result<Self, OdeError<N>> {
         Ok(match integrator {
             Integrator::Rk4 { step_s } => Self::Rk4(Rk4::new(step_s, states)?),
             Integrator::Dop853 { rtol, atol } => {
-                Self::Dop853(Box::new(Dop853::new(Tolerance { rtol, atol }, states)?))
+                let run = Dop853::new(Tolerance { rtol, atol }, states)?;
+                Self::Dop853(Box::new(run.with_step_max(step_max_s)))
             }
         })
     }
@@ -104,7 +118,8 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         mut timeline: Timeline,
     ) -> Result<Self, BodyError> {
         form.hold(0.0, timeline.held_b_n_m());
-        let stepper = Stepper::start(integrator, states).map_err(|e| unusable(&e))?;
+        let stepper = Stepper::start(integrator, states, form.step_max_s());
+        let stepper = stepper.map_err(|e| unusable(&e))?;
         let (origin, reached) = (SimTime::ZERO, SimTime::ZERO);
         let torque_b_n_m = Vector3::zeros();
         Ok(Self { form, integrator, stepper, origin, reached, states, timeline, torque_b_n_m })
@@ -131,10 +146,12 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
     /// Carries the motion to `time`.
     fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
         let elapsed_s = time.seconds_since(self.origin);
-        match self.stepper.state_at(&self.form, elapsed_s) {
-            Ok(states) => self.states = states,
-            Err(error) => return Err(self.explained(&error)),
-        }
+        self.states = match self.stepper.state_at(&self.form, elapsed_s) {
+            Ok(states) => states,
+            Err(error) => {
+                self.short_of_limit(&error, elapsed_s).ok_or_else(|| self.explained(&error))?
+            }
+        };
         self.reached = time;
         Ok(())
     }
@@ -151,7 +168,8 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         self.origin = self.reached;
         let torque_b_n_m = self.torque_b_n_m + self.timeline.held_b_n_m();
         self.form.hold(self.origin.as_s(), torque_b_n_m);
-        self.stepper = Stepper::start(self.integrator, self.states).map_err(|e| unusable(&e))?;
+        let stepper = Stepper::start(self.integrator, self.states, self.form.step_max_s());
+        self.stepper = stepper.map_err(|e| unusable(&e))?;
         Ok(())
     }
 
@@ -175,22 +193,47 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         Stop { reason, time_s: self.origin.as_s() + time_s, posture }.into()
     }
 
-    /// The last instant within a failing step that a shorter step still reaches, by bisection to
-    /// the last bit.
+    /// The states at an instant within a failing step but before what made it fail: adaptive steps
+    /// run ahead of the instants asked for, and must not take them along when they fail.
+    fn short_of_limit(&self, error: &OdeError<N>, elapsed_s: f64) -> Option<[f64; N]> {
+        let OdeError::OutsideDomain { time_s, step_s, state } = *error else { return None };
+        let (good_s, _) = self.last_good(time_s, &state, step_s);
+        (time_s <= elapsed_s && elapsed_s <= good_s)
+            .then(|| self.stepper.bare_step(&self.form, (time_s, &state), elapsed_s - time_s))
+    }
+
+    /// The last instant within a failing step that shorter steps still reach, and the states there.
+    ///
+    /// The stages of a step are less accurate than its end, and a step fails with its first stage
+    /// that does. So the search goes on from where it ends, by ever shorter steps, until the
+    /// stages no longer matter.
     fn last_good(&self, time_s: f64, state: &[f64; N], step_s: f64) -> (f64, [f64; N]) {
-        let (mut good_s, mut bad_s, mut reached) = (0.0, step_s, *state);
+        let (mut good_s, mut reached) = (0.0, *state);
+        for _ in 0..LIMIT_SEARCHES {
+            let from = (time_s + good_s, &reached);
+            let (step_s, end) = self.longest_good_step(from, step_s - good_s);
+            (good_s, reached) = (good_s + step_s, end);
+        }
+        (time_s + good_s, reached)
+    }
+
+    /// The longest part of a failing step that holds, by bisection to the last bit.
+    fn longest_good_step(&self, from: (f64, &[f64; N]), step_s: f64) -> (f64, [f64; N]) {
+        let (mut good_s, mut bad_s, mut reached) = (0.0, step_s, *from.1);
         for _ in 0..50 {
             let middle_s = 0.5 * (good_s + bad_s);
-            let end = self.stepper.bare_step(&self.form, (time_s, state), middle_s);
-            let holds =
-                end.iter().all(|v| v.is_finite()) && self.form.admissible(time_s + middle_s, &end);
+            let end = self.stepper.bare_step(&self.form, from, middle_s);
+            let time_s = from.0 + middle_s;
+            let holds = end.iter().all(|v| v.is_finite())
+                && self.form.admissible(time_s, &end)
+                && self.form.tension_n(time_s, &end) >= 0.0;
             if holds {
                 (good_s, reached) = (middle_s, end);
             } else {
                 bad_s = middle_s;
             }
         }
-        (time_s + good_s, reached)
+        (good_s, reached)
     }
 
     /// The limit of the equations at which these states stand, if any.

@@ -1,9 +1,11 @@
 //! The Dormand-Prince method of order 8 with error control of orders 5 and 3 and dense output.
 
+mod dense;
 mod regime;
 
 use super::dop853_tableau::{A, A_DENSE, B, C, D, DENSE_ROWS, E3, E5, STAGES, STAGES_ALL};
 use super::{OdeError, Rhs, STEPS_MAX, all_finite, check_step, within};
+use dense::Dense;
 
 /// Hairer's error estimate behaves as h⁸, hence the exponent of the step controller.
 const ERROR_EXPONENT: f64 = -1.0 / 8.0;
@@ -150,32 +152,6 @@ impl<const N: usize> Step<N> {
     }
 }
 
-/// Dense output of one step, in Hairer's nested form.
-#[derive(Debug, Clone)]
-struct Dense<const N: usize> {
-    start_s: f64,
-    step_s: f64,
-    start: [f64; N],
-    rows: [[f64; N]; 3 + DENSE_ROWS],
-}
-
-impl<const N: usize> Dense<N> {
-    fn at(&self, time_s: f64) -> [f64; N] {
-        let x = (time_s - self.start_s) / self.step_s;
-        let mut y = [0.0; N];
-        for (depth, row) in self.rows.iter().enumerate().rev() {
-            let factor = if depth % 2 == 0 { x } else { 1.0 - x };
-            for (y, row) in y.iter_mut().zip(row) {
-                *y = (*y + row) * factor;
-            }
-        }
-        for (y, start) in y.iter_mut().zip(&self.start) {
-            *y += start;
-        }
-        y
-    }
-}
-
 /// An adaptive integration that answers at any instant.
 ///
 /// Steps are chosen from the motion alone and run ahead of the instants asked for; answers come
@@ -191,6 +167,7 @@ pub struct Dop853<const N: usize> {
     state: [f64; N],
     /// Length that the controller proposes for the next step; none before the first.
     proposal_s: Option<f64>,
+    step_max_s: f64,
     last: Option<Step<N>>,
     dense: Option<Dense<N>>,
 }
@@ -203,7 +180,16 @@ impl<const N: usize> Dop853<N> {
     pub fn new(tolerance: Tolerance, state: [f64; N]) -> Result<Self, OdeError<N>> {
         within("rtol", tolerance.rtol, RTOL_RANGE)?;
         within("atol", tolerance.atol, ATOL_RANGE)?;
-        Ok(Self { tolerance, time_s: 0.0, state, proposal_s: None, last: None, dense: None })
+        let (proposal_s, step_max_s, last, dense) = (None, STEP_MAX_S, None, None);
+        Ok(Self { tolerance, time_s: 0.0, state, proposal_s, step_max_s, last, dense })
+    }
+
+    /// The same integration with no step longer than `step_max_s`: for equations that change with
+    /// time in ways that the states do not show beforehand.
+    #[must_use]
+    pub fn with_step_max(mut self, step_max_s: f64) -> Self {
+        self.step_max_s = step_max_s.min(STEP_MAX_S);
+        self
     }
 
     /// The state at `time_s`, which must not lie before the start of the last step taken.
@@ -257,7 +243,8 @@ impl<const N: usize> Dop853<N> {
             let error = attempt.error_norm(&self.tolerance);
             // A NaN error compares false: the attempt is rejected and the step shrinks.
             if error <= 1.0 {
-                self.proposal_s = Some((step_s * step_factor(error, growth_max)).min(STEP_MAX_S));
+                self.proposal_s =
+                    Some((step_s * step_factor(error, growth_max)).min(self.step_max_s));
                 let step = self.within_regime(rhs, &first, attempt);
                 return self.accept(rhs, step);
             }
@@ -316,7 +303,7 @@ impl<const N: usize> Dop853<N> {
             (0.01 / steepest).powf(-ERROR_EXPONENT)
         };
         if all_finite(&bend) && guess_s.is_finite() {
-            return Ok(guess_s.min(100.0 * probe_s));
+            return Ok(guess_s.min(100.0 * probe_s).min(self.step_max_s));
         }
         Err(OdeError::Diverged { time_s: self.time_s, step_s: probe_s, state: self.state })
     }
@@ -449,6 +436,16 @@ mod tests {
         }
         let mut run = Dop853::new(TIGHT, [1.0]).unwrap();
         assert!(matches!(run.state_at(&Hole, 1.0), Err(OdeError::Diverged { .. })));
+    }
+
+    #[test]
+    fn no_step_is_longer_than_the_longest_allowed() {
+        let mut run = Dop853::new(TIGHT, [1.0]).unwrap().with_step_max(0.01);
+        for k in 0..100_u32 {
+            run.state_at(&Swell, 0.04 * f64::from(k)).unwrap();
+            // The clock rounds a step by half of its last bit.
+            assert!(run.last.iter().all(|step| step.step_s < 0.01 + 1e-15), "{k}");
+        }
     }
 
     #[test]
