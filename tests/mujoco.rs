@@ -140,7 +140,7 @@ fn refereed(cases: &[Case]) -> Vec<[End; 2]> {
 }
 
 #[test]
-fn mujoco_ends_where_the_reference_motions_end() {
+fn v3_mujoco_ends_where_the_reference_motions_end() {
     let cases = [reference::S2, reference::S3].map(Case::reference);
     for ((name, case), [coarse, fine]) in ["S2", "S3"].iter().zip(&cases).zip(refereed(&cases)) {
         let ours = case.ours();
@@ -154,7 +154,7 @@ fn mujoco_ends_where_the_reference_motions_end() {
 }
 
 #[test]
-fn mujoco_ends_where_a_wide_motion_on_a_stiff_damped_string_ends() {
+fn v3_mujoco_ends_where_a_wide_motion_on_a_stiff_damped_string_ends() {
     let case = Case::drawn(Seed(2008));
     let (ours, [coarse, fine]) = (case.ours(), refereed(&[case])[0]);
     let (coarse_rad, fine_rad) = (coarse.off_rad(&ours), fine.off_rad(&ours));

@@ -46,7 +46,7 @@ const SCIPY_S3: [ScipyRow; 2] = [
 ];
 
 #[test]
-fn adaptive_runs_end_where_scipy_ends() {
+fn v2_adaptive_runs_end_where_scipy_ends() {
     let mut run = truth(&reference::S3, RECORD);
     for (seconds, [w, x, y, z], twist_rad, spin_rad) in SCIPY_S3 {
         let motion = run.motion_at(at(seconds)).unwrap();
@@ -65,7 +65,7 @@ fn adaptive_runs_end_where_scipy_ends() {
 }
 
 #[test]
-fn fixed_and_adaptive_steps_agree_over_eight_minutes() {
+fn v1_fixed_and_adaptive_steps_agree_over_eight_minutes() {
     let (mut fixed, mut record) = (truth(&reference::S3, RK4_1MS), truth(&reference::S3, RECORD));
     let mut worst_rad = 0.0_f64;
     for seconds in 1..=480 {

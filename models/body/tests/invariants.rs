@@ -39,7 +39,7 @@ fn drift(params: BodyParams, quantity: Quantity, scale: Quantity) -> f64 {
 }
 
 #[test]
-fn energy_is_conserved_by_an_undamped_string() {
+fn v11_energy_is_conserved_by_an_undamped_string() {
     let drift = drift(reference::PARAMS, Body::energy_j, Body::energy_j);
     println!("energy: {drift:.2e}");
     // Four times the 5e-9 that RK4 loses at this step.
@@ -47,7 +47,7 @@ fn energy_is_conserved_by_an_undamped_string() {
 }
 
 #[test]
-fn vertical_momentum_is_conserved_by_a_string_without_stiffness() {
+fn v11_vertical_momentum_is_conserved_by_a_string_without_stiffness() {
     let params = BodyParams { torsion: FREE, ..reference::PARAMS };
     let momentum = Body::vertical_momentum_n_m_s;
     let drift = drift(params, momentum, momentum);
@@ -57,7 +57,7 @@ fn vertical_momentum_is_conserved_by_a_string_without_stiffness() {
 }
 
 #[test]
-fn a_symmetric_body_conserves_its_momentum_difference_on_any_string() {
+fn v11_a_symmetric_body_conserves_its_momentum_difference_on_any_string() {
     for damping in [TorsionDamping::Ratio(0.0), TorsionDamping::Ratio(0.2)] {
         let torsion = Torsion { stiffness: TorsionStiffness::PeriodS(480.0), damping };
         let inertia_kg_m2 = [0.0105, 0.0105, 0.0120];

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn fused_products_part_from_plain_ones_by_rounding_only() {
+    fn b3_fused_products_part_from_plain_ones_by_rounding_only() {
         let (plain, fused) = (after_480_s::<f64>(), after_480_s::<Fused>());
         let bits = |end: &LaneState| end.state.map(f64::to_bits);
         assert_ne!(bits(&plain), bits(&fused), "the two must compute differently");

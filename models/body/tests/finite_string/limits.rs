@@ -174,7 +174,8 @@ fn a_step_too_long_for_string_body_or_support_is_refused_with_the_longest_that_w
     };
     // M g d and the smallest moment of the reference body, and its string; half a radian each.
     let (pendulum_s2, short) = (0.1 * 9.81 / 0.01, hung(0.2));
-    let string_rad_s = (pendulum_s2 + 9.81 / 0.2_f64).sqrt();
+    // The squares of both modes of a double pendulum add up to this.
+    let string_rad_s = (pendulum_s2 * (1.0 + 0.1 / 0.2) + 9.81 / 0.2_f64).sqrt();
     // Start, rig and fastest rate: the swing, with the string's help, the shaking, and the rate
     // that a body reaches which starts with most of its energy in a fast turn.
     let fast = StartState { omega_wb_b_rad_s: [0.0, 0.0, 30.0], ..StartState::AT_REST };

@@ -98,7 +98,7 @@ fn pull_w_n(body: &Body, motion: &BodyMotion) -> Vector3<f64> {
 }
 
 #[test]
-fn the_string_keeps_its_length_whether_its_support_moves_or_not() {
+fn b7_the_string_keeps_its_length_whether_its_support_moves_or_not() {
     for (rig, support) in
         [(hung(LENGTH_M), still as fn(f64) -> _), (shaken(hung(LENGTH_M)), shaking)]
     {
@@ -138,7 +138,7 @@ fn the_pull_of_the_string_lies_along_it() {
 }
 
 #[test]
-fn steps_of_a_millisecond_follow_the_string_for_eight_minutes() {
+fn b7_steps_of_a_millisecond_follow_the_string_for_eight_minutes() {
     let rig = hung(LENGTH_M);
     // The worst of every second, and the last.
     let errors_rad = |step_s| {
@@ -164,7 +164,7 @@ fn steps_of_a_millisecond_follow_the_string_for_eight_minutes() {
 }
 
 #[test]
-fn energy_is_conserved_on_a_finite_string() {
+fn b7_energy_is_conserved_on_a_finite_string() {
     let rig = hung(LENGTH_M);
     let mut run = run(&rig, &reference::S3, RK4_1MS);
     let start_j = rig.body.energy_j(&motion(&mut run, SimTime::ZERO));
@@ -224,7 +224,7 @@ fn forms_apart(rig: &Rig, support: redundant::Shaking, seconds: i64) -> (f64, f6
 }
 
 #[test]
-fn twice_the_coordinates_give_the_same_motion() {
+fn b7_twice_the_coordinates_give_the_same_motion() {
     for (name, rig, support, seconds) in [
         ("still", hung(LENGTH_M), still as redundant::Shaking, 480),
         ("shaken", shaken(hung(LENGTH_M)), shaking, 120),
@@ -239,7 +239,7 @@ fn twice_the_coordinates_give_the_same_motion() {
 }
 
 #[test]
-fn the_attitude_differs_from_that_on_an_infinite_string_by_its_inverse_length() {
+fn b7_the_attitude_differs_from_that_on_an_infinite_string_by_its_inverse_length() {
     // 60 s of S3, against the plain equations, which know no string length at all.
     let apart = |curvature_1_m: f64| {
         let mut plain = run(&hung(1.0).body.into(), &reference::S3, RK4_1MS);

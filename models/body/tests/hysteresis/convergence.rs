@@ -31,7 +31,7 @@ fn mapped_rad(rig: &Rig, step_s: f64) -> f64 {
 }
 
 #[test]
-fn event_splitting_keeps_order_four() {
+fn b8_event_splitting_keeps_order_four() {
     for (law, elements) in CASES {
         let exact_rad = exact_rad(law, elements);
         let error = |k: u32| {
@@ -47,7 +47,7 @@ fn event_splitting_keeps_order_four() {
 }
 
 #[test]
-fn the_return_map_in_the_stages_keeps_order_one_and_a_half() {
+fn b8_the_return_map_in_the_stages_keeps_order_one_and_a_half() {
     // Where a reversal falls within its step changes the error from step to step; only the trend
     // over many steps is an order.
     for (law, elements) in CASES {
@@ -61,7 +61,7 @@ fn the_return_map_in_the_stages_keeps_order_one_and_a_half() {
 }
 
 #[test]
-fn a_run_at_the_gyro_rate_errs_by_less_than_ten_nanoradians() {
+fn b8_a_run_at_the_gyro_rate_errs_by_less_than_ten_nanoradians() {
     for (law, elements) in CASES {
         let step = Integrator::Rk4 { step_s: 1.0 / 1400.0 };
         let mut run = TruthMotion::new(rig(law, elements, 0.0), &reference::S1, step).unwrap();
