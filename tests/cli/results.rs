@@ -131,6 +131,22 @@ fn truth_writes_the_motion_at_every_sample_instant() {
 }
 
 #[test]
+fn one_seed_makes_one_truth_byte_for_byte_with_noise_and_blows_too() {
+    let rig = include_str!("../../scenarios/rig.toml");
+    let desk = Desk::with_scenario(rig, &[]);
+    let truth = |seed: &str, name: &str| {
+        let text = desk.text("s.toml");
+        desk.write("seeded.toml", text.replacen("\nseed = 1", &format!("\nseed = {seed}"), 1));
+        desk.done(&["truth", "seeded.toml", "--csv", name]);
+        desk.text(name)
+    };
+    let (first, again, other) = (truth("1", "a.csv"), truth("1", "b.csv"), truth("2", "c.csv"));
+    assert_eq!(first, again);
+    let rows = |text: &str| text.lines().skip(6).map(str::to_owned).collect::<Vec<_>>();
+    assert!(rows(&first)[1..] != rows(&other)[1..], "another seed, another path");
+}
+
+#[test]
 fn a_run_writes_record_score_figure_and_fmus() {
     let desk = Desk::with_scenario(DEMO, &[]);
     let printed = desk.done(&["run", "s.toml", "--out", "results", "--seed", "7"]);
