@@ -7,8 +7,8 @@ use std::num::NonZeroUsize;
 use struna_body::batch::{Batch, BatchBody, BatchError, Level, NoiseGrid, SlipElement};
 use struna_body::ode::{Dop853, Dop853Sampler, Rhs, Rk4, Tolerance, rk4_step};
 use struna_body::{
-    Body, BodyParams, FAST_STATES, FastEquations, FastMotion, Integrator, StartState, TruthMotion,
-    reference,
+    Body, BodyError, BodyParams, FAST_STATES, FastEquations, FastMotion, Integrator, StartState,
+    StopReason, TruthMotion, reference,
 };
 use struna_kernel::{AddressedRandom, Bound, Channel, RAD_PER_DEG, Seed, SimTime};
 
@@ -75,8 +75,12 @@ fn attitude_difference_rad(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> 
 }
 
 fn record() -> TruthMotion {
+    record_of(&reference::S3)
+}
+
+fn record_of(start: &StartState) -> TruthMotion {
     let integrator = Integrator::Dop853 { rtol: 1e-12, atol: 1e-12 };
-    TruthMotion::new(reference_body(), &reference::S3, integrator).unwrap()
+    TruthMotion::new(reference_body(), start, integrator).unwrap()
 }
 
 #[test]
@@ -399,4 +403,27 @@ fn a_body_that_turns_over_is_lost_alone_and_for_good() {
     assert_eq!(batch.motion(3), without.motion(0));
     let beyond = batch.motion(6);
     assert_eq!(beyond, Err(BatchError::NoSuchBody { index: 6, bodies: 6 }));
+}
+
+#[test]
+fn a_body_whose_string_slackens_is_lost_before_it_turns_over() {
+    let thrown = StartState { omega_wb_b_rad_s: [30.0, 0.0, 0.0], ..StartState::AT_REST };
+    let mut alone = record_of(&thrown);
+    let slack_s = match alone.motion_at(SimTime::from_ns(1_000_000_000)) {
+        Err(BodyError::Stopped(stop)) if stop.reason == StopReason::Slack => stop.time_s,
+        other => panic!("{other:?}"),
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a hundred and some steps"
+    )]
+    let before = (slack_s / STEP_S) as u64;
+    let mut batch = Batch::new(&[BatchBody::new(reference_body(), thrown)], STEP_S, NOISE).unwrap();
+    batch.advance(before).unwrap();
+    assert!(batch.motion(0).is_ok());
+    // The pull is judged where steps begin: the slack step begins taut and the next one does not.
+    batch.advance(2).unwrap();
+    assert!(matches!(batch.motion(0), Err(BatchError::OutsideDomain { .. })));
+    assert!(batch.states(0).unwrap()[2] > -0.5, "far from upside down");
 }

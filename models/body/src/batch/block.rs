@@ -22,6 +22,8 @@ pub(super) struct Block<N> {
     state: [N; FAST_STATES],
     /// Smallest γ₃ after any step: how near upside down each body has come.
     lowest: N,
+    /// Smallest pull of the string times d at the start of any step, N·m.
+    least_pull: N,
 }
 
 /// One body out of a block.
@@ -30,6 +32,7 @@ pub(super) struct LaneState {
     pub(super) state: [f64; FAST_STATES],
     pub(super) elastic_rad: [f64; SLIP_ELEMENTS_MAX],
     pub(super) lowest: f64,
+    pub(super) least_pull_n_m: f64,
 }
 
 impl<N: Num> Block<N> {
@@ -44,6 +47,7 @@ impl<N: Num> Block<N> {
             slip: Slip { stiffness: none, yield_twist: none, elastic: none },
             state: [zero; FAST_STATES],
             lowest: N::splat(1.0),
+            least_pull: N::splat(f64::MAX),
         };
         for lane in 0..N::LANES {
             let (body, state) = &bodies[lane.min(bodies.len() - 1)];
@@ -66,6 +70,7 @@ impl<N: Num> Block<N> {
             state: lane(&self.state, at),
             elastic_rad: lane(&self.slip.elastic, at),
             lowest: self.lowest.lane(at),
+            least_pull_n_m: self.least_pull.lane(at),
         }
     }
 
@@ -84,14 +89,15 @@ impl<N: Num> Block<N> {
     #[inline(always)]
     fn run_with<const M: usize>(&mut self, length: &StepLength, segments: &[Segment<N>]) {
         let (body, mut slip, mut state) = (self.body, self.slip, self.state);
-        let mut lowest = self.lowest;
+        let (mut lowest, mut least_pull) = (self.lowest, self.least_pull);
         for segment in segments {
             for _ in 0..segment.steps {
-                step::<N, M>(&body, &mut slip, &mut state, &segment.torque, length);
-                lowest = lowest.min(state[2]);
+                let pull = step::<N, M>(&body, &mut slip, &mut state, &segment.torque, length);
+                (lowest, least_pull) = (lowest.min(state[2]), least_pull.min(pull));
             }
         }
-        (self.slip, self.state, self.lowest) = (slip, state, lowest);
+        (self.slip, self.state) = (slip, state);
+        (self.lowest, self.least_pull) = (lowest, least_pull);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The fast form of the equations for one body.
 
-use super::step::{Coefficients, FAST_STATES, norm2, rescale};
+use super::block::LaneState;
+use super::step::{Coefficients, FAST_STATES, TWIST, norm2, rescale};
 use crate::ode::Rhs;
 use crate::{Body, BodyError, StartState};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -89,17 +90,22 @@ fn attitude(g: [f64; 3], twist_rad: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(q)
 }
 
-/// Whether the equations hold at `states` and have held while γ₃ was never below `lowest`.
-pub(super) fn is_sound(states: &[f64; FAST_STATES], lowest: f64) -> bool {
-    states.iter().all(|state| state.is_finite())
-        && (norm2(states) - 1.0).abs() < NORM2_SLACK
-        && lowest.min(states[2]) >= LOWEST
+/// Whether the equations hold for a body of a batch, and have held at every step so far: upright
+/// enough, and its string taut.
+pub(super) fn is_sound(lane: &LaneState) -> bool {
+    lane.state.iter().all(|state| state.is_finite())
+        && (norm2(&lane.state) - 1.0).abs() < NORM2_SLACK
+        && lane.lowest.min(lane.state[2]) >= LOWEST
+        && lane.least_pull_n_m >= 0.0
 }
 
 impl Rhs<FAST_STATES> for FastEquations {
     #[inline(always)]
     fn derivative(&self, _time_s: f64, y: &[f64; FAST_STATES]) -> [f64; FAST_STATES] {
-        self.body.derivative(y, &self.torque_n_m, 0.0)
+        let (mut rates, pull) = self.body.derivative(y, &self.torque_n_m, 0.0);
+        // A string cannot push: the step that would need it ends the run.
+        rates[TWIST] = if pull >= 0.0 { rates[TWIST] } else { f64::NAN };
+        rates
     }
 
     #[inline(always)]
@@ -124,7 +130,10 @@ mod tests {
         for (tilt_rad, inside) in [(TILT_MAX_RAD - 1e-6, true), (TILT_MAX_RAD + 1e-6, false)] {
             let y = [tilt_rad.sin(), 0.0, tilt_rad.cos(), 0.0, 0.0, 0.0, 0.0, 0.0];
             assert_eq!(equations.admissible(0.0, &y), inside, "{tilt_rad}");
-            assert_eq!(is_sound(&y, 1.0), inside, "{tilt_rad}");
+            let lane =
+                LaneState { state: y, elastic_rad: [0.0; 4], lowest: 1.0, least_pull_n_m: 1.0 };
+            assert_eq!(is_sound(&lane), inside, "{tilt_rad}");
+            assert!(!is_sound(&LaneState { least_pull_n_m: -1e-9, ..lane }), "a slack string");
         }
     }
 

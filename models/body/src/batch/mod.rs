@@ -85,8 +85,8 @@ pub enum BatchError {
         /** Bodies in the batch. */
         bodies: usize,
     },
-    /// The body turned upside down, where its twist is undefined, or its step is far too long.
-    /// Only this body is lost.
+    /// The body turned upside down, where its twist is undefined, its string went slack, or its
+    /// step is far too long. Only this body is lost.
     #[error(
         "run {run} left the domain of its equations before {time}: start it gentler, or step finer"
     )]
@@ -131,7 +131,7 @@ macro_rules! with_blocks {
 /// Bodies that move side by side by RK4 at a fixed step, each by itself.
 ///
 /// Uses [`FastEquations`], no fused products and no library functions, hence the same bits at
-/// every [`Level`]. A body that turns upside down is lost alone: the others go on, and only
+/// every [`Level`]. A body that turns upside down or slackens its string is lost alone: the others go on, and only
 /// [`Batch::motion`] of the lost one is an error.
 #[derive(Debug, Clone)]
 pub struct Batch {
@@ -236,10 +236,10 @@ impl Batch {
     ///
     /// # Errors
     /// [`BatchError::NoSuchBody`]; [`BatchError::OutsideDomain`] for a body that has turned upside
-    /// down or diverged at any step so far.
+    /// down, slackened its string or diverged at any step so far.
     pub fn motion(&self, index: usize) -> Result<FastMotion, BatchError> {
         let lane = self.lane(index)?;
-        if fast::is_sound(&lane.state, lane.lowest) {
+        if fast::is_sound(&lane) {
             return Ok(FastEquations::motion(self.time(), &lane.state));
         }
         Err(BatchError::OutsideDomain { run: self.runs[index], time: self.time() })

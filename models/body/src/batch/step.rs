@@ -71,9 +71,15 @@ impl<N: Num> Coefficients<N> {
     }
 
     /// The derivative of the states under a body torque, N·m, and what the thread's hysteresis
-    /// adds to the restoring torque of the twist, N·m. One division, and no library function.
+    /// adds to the restoring torque of the twist, N·m; and the pull of the string times d, N·m.
+    /// One division, and no library function.
     #[inline(always)]
-    pub(super) fn derivative(&self, y: &[N; FAST_STATES], torque: &[N; 3], drag: N) -> [N; 8] {
+    pub(super) fn derivative(
+        &self,
+        y: &[N; FAST_STATES],
+        torque: &[N; 3],
+        drag: N,
+    ) -> ([N; FAST_STATES], N) {
         let [g1, g2, g3, w1, w2, w3, twist, _spin] = *y;
         let one = N::splat(1.0);
         let upright = one + g3;
@@ -104,7 +110,8 @@ impl<N: Num> Coefficients<N> {
         // Sherman-Morrison takes the reaction of the string's force out again.
         let s = self.sway * g2.times_from(j1, g1 * j2) * inverse_reaction;
         let (w1_rate, w2_rate) = (g2.times_plus(ia * s, j1), g1.times_from(ib * s, j2));
-        [g1_rate, g2_rate, g3_rate, w1_rate, w2_rate, j3, twist_rate, w3]
+        let rates = [g1_rate, g2_rate, g3_rate, w1_rate, w2_rate, j3, twist_rate, w3];
+        (rates, weight - s)
     }
 }
 
@@ -168,7 +175,7 @@ impl StepLength {
 
 /// One RK4 step under a held torque, with the first `M` slip elements evaluated by their return
 /// map inside the stages and committed once. The arithmetic is that of [`crate::ode::rk4_step`] to
-/// the bit.
+/// the bit. Gives the pull of the string times d at the start of the step, N·m.
 #[inline(always)]
 pub(super) fn step<N: Num, const M: usize>(
     body: &Coefficients<N>,
@@ -176,23 +183,24 @@ pub(super) fn step<N: Num, const M: usize>(
     y: &mut [N; FAST_STATES],
     torque: &[N; 3],
     length: &StepLength,
-) {
+) -> N {
     let (full, half) = (N::splat(length.full_s), N::splat(length.half_s));
     let (sixth, two) = (N::splat(length.sixth_s), N::splat(2.0));
     let from = *y;
-    let k1 = body.derivative(&from, torque, slip.torque::<M>(N::splat(0.0)));
+    let (k1, pull) = body.derivative(&from, torque, slip.torque::<M>(N::splat(0.0)));
     let at = moved(&from, half, &k1);
-    let k2 = body.derivative(&at, torque, slip.torque::<M>(at[TWIST] - from[TWIST]));
+    let (k2, _) = body.derivative(&at, torque, slip.torque::<M>(at[TWIST] - from[TWIST]));
     let at = moved(&from, half, &k2);
-    let k3 = body.derivative(&at, torque, slip.torque::<M>(at[TWIST] - from[TWIST]));
+    let (k3, _) = body.derivative(&at, torque, slip.torque::<M>(at[TWIST] - from[TWIST]));
     let at = moved(&from, full, &k3);
-    let k4 = body.derivative(&at, torque, slip.torque::<M>(at[TWIST] - from[TWIST]));
+    let (k4, _) = body.derivative(&at, torque, slip.torque::<M>(at[TWIST] - from[TWIST]));
     for i in 0..FAST_STATES {
         let sum = two.times_plus(k2[i] + k3[i], k1[i]) + k4[i];
         y[i] = sixth.times_plus(sum, from[i]);
     }
     slip.commit::<M>(y[TWIST] - from[TWIST]);
     rescale(y);
+    pull
 }
 
 /// `y + reach·slope`.

@@ -1,11 +1,11 @@
 //! The turning clamp and the creeping thread: linear systems with closed solutions.
 
-use crate::{RECORD, RK4_1MS, at_s, damped, run};
+use crate::{RECORD, RK4_1MS, at_s, damped, difference_rad, run};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use struna_body::{
-    BodyError, ClampSwing, Creep, DampedTorsion, Hysteresis, Integrator, Rig, StartState,
-    StopReason, Support, YieldElement, YieldLaw,
+    BodyError, ClampSwing, Creep, DampedTorsion, Hysteresis, Impulse, Integrator, Rig, StartState,
+    StopReason, Support, Vibration, YieldElement, YieldLaw, reference,
 };
 
 #[test]
@@ -141,5 +141,35 @@ fn a_run_that_stops_says_the_twist_and_not_the_turn_against_the_clamp() {
             }
             other => panic!("{other:?}"),
         }
+    }
+}
+
+#[test]
+fn the_support_keeps_its_own_time_when_the_integration_restarts() {
+    let body = damped(20.0, 0.05);
+    let element = YieldElement { stiffness_n_m_rad: body.stiffness_n_m_rad(), yield_rad: 0.2 };
+    let vibration =
+        Vibration { amplitude_w_m: [0.02, 0.01, 0.002], frequency_hz: 0.4, phase_rad: 0.3 };
+    let swing = ClampSwing { amplitude_rad: 0.3, frequency_hz: 0.11, phase_rad: 1.0 };
+    let support = Support {
+        vibrations: vec![vibration],
+        clamp_rate_rad_s: 0.1,
+        clamp_swings: vec![swing],
+        ..Support::default()
+    };
+    let hysteresis = Some(Hysteresis { law: YieldLaw::Slip, elements: vec![element] });
+    let through = Rig { string_length_m: Some(2.0), hysteresis, support, ..Rig::from(body) };
+    // Blows of nothing: the integration restarts and the motion goes on.
+    let nothing =
+        |time_s| Impulse { time: at_s(time_s), angular_b_n_m_s: [0.0; 3], linear_w_n_s: [0.0; 3] };
+    let mut restarted = through.clone();
+    restarted.disturbances.impulses = [1.234_5, 3.0, 7.891].map(nothing).to_vec();
+    for (integrator, allowed) in [(RK4_1MS, 5e-8), (RECORD, 1e-9)] {
+        let [a, b] = [&through, &restarted]
+            .map(|rig| run(rig, &reference::S2, integrator).motion_at(at_s(20.0)).unwrap());
+        let off_rad = difference_rad(&a, &b).max((a.twist_rad - b.twist_rad).abs());
+        println!("{integrator:?}: restarts move the motion by {off_rad:.1e} rad");
+        // RK4 goes on along another grid, so by its own error; else tolerances accumulated.
+        assert!(off_rad < allowed, "{integrator:?}: {off_rad:e}");
     }
 }
