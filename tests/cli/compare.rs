@@ -82,7 +82,7 @@ fn the_heads_of_both_files_are_shown() {
         &[
             "A  a.csv\n   struna truth\n   backend: mine\nB  b.csv\n   struna truth\n",
             "   scenario: swing\n   backend: lagrange, rk4, step 0.001 s\n   seed: 1\n",
-            "   stopped: at 0.064331718 s the string went slack",
+            "   stopped: at 0.064331719 s the string went slack",
             "\n1 common instants, 0 s to 0 s\n19 more in B after them\nonly in B: twist_rate_rad_s",
         ],
     );

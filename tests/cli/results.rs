@@ -185,7 +185,7 @@ fn a_truth_that_stops_keeps_what_came_and_says_why() {
     let output = desk.struna(&["truth", "s.toml", "--csv", "truth.csv"]);
     let complaint = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(STOPPED), "{complaint}");
-    let reason = "at 0.064331718 s the string went slack";
+    let reason = "at 0.064331719 s the string went slack";
     names(&complaint, &["struna: 20 instants written to truth.csv until the motion", reason]);
     assert_eq!(complaint.lines().count(), 1, "{complaint}");
     let text = desk.text("truth.csv");
@@ -202,7 +202,7 @@ fn a_run_whose_motion_stops_keeps_what_came_and_says_why() {
     let output = desk.struna(&["run", "s.toml", "--out", "out"]);
     let complaint = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(STOPPED), "{complaint}");
-    let reason = "at 0.064331718 s the string went slack";
+    let reason = "at 0.064331719 s the string went slack";
     names(&complaint, &["struna: recorded in out until the motion stopped: ", reason]);
     let printed = String::from_utf8(output.stdout).unwrap();
     names(&printed, &["19 frames sent, 19 received", "stopped at 0.06 s of 2 s", "written to out"]);
