@@ -131,8 +131,8 @@ macro_rules! with_blocks {
 /// Bodies that move side by side by RK4 at a fixed step, each by itself.
 ///
 /// Uses [`FastEquations`], no fused products and no library functions, hence the same bits at
-/// every [`Level`]. A body that turns upside down or slackens its string is lost alone: the others go on, and only
-/// [`Batch::motion`] of the lost one is an error.
+/// every [`Level`]. A body that turns upside down or slackens its string is lost alone: the others
+/// go on, and only [`Batch::motion`] of the lost one is an error.
 #[derive(Debug, Clone)]
 pub struct Batch {
     blocks: Blocks,

@@ -278,8 +278,8 @@ proptest! {
             // differ in number, and so differ by the tolerance of 1e-13 over thousands of steps.
             let tolerance = if integrator == RK4_1MS { 1e-10 } else { 1e-8 };
             for seconds in [1, 10, 60] {
-                let (a, b) =
-                    (motion(&mut plain, at_ms(1000 * seconds)), motion(&mut full, at_ms(1000 * seconds)));
+                let time = at_ms(1000 * seconds);
+                let (a, b) = (motion(&mut plain, time), motion(&mut full, time));
                 let apart = difference_rad(&a.q_wb, &b.q_wb);
                 prop_assert!(apart < tolerance, "{seconds} s, {integrator:?}: {apart:e} rad");
                 let gaps = [
