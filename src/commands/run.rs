@@ -49,7 +49,7 @@ fn finish(scenario: &Scenario, session: &Session, out: &Path) -> Result<()> {
     let score = Score::of(record);
     write_whole(&out.join("record.csv"), |file| record.write_csv(file))?;
     let title = format!(
-        "{}: {} s, seed {}, {}",
+        "{}: {} s, seed {}, truth by {}",
         scenario.name,
         scenario.duration.as_s(),
         scenario.seed.0,

@@ -50,35 +50,35 @@ impl Fmi2 {
 
     /// Loads the shared library. Every function that an instance calls is looked up here, because
     /// the binding panics when it calls one that is not there.
-    fn library(&self) -> Result<(Fmi2Binding, StepFunctions), String> {
+    fn bind(&self) -> Result<(Fmi2Binding, StepFunctions), String> {
         let co_simulation = self.import.model_description().co_simulation.as_ref();
         let name = co_simulation.map_or("", |interface| &interface.model_identifier);
-        let library = self.import.binding(name).map_err(|error| error.to_string())?;
+        let binding = self.import.binding(name).map_err(|error| error.to_string())?;
         let lacks = [
-            library.fmi2Instantiate.as_ref().err(),
-            library.fmi2SetupExperiment.as_ref().err(),
-            library.fmi2EnterInitializationMode.as_ref().err(),
-            library.fmi2ExitInitializationMode.as_ref().err(),
-            library.fmi2SetInteger.as_ref().err(),
-            library.fmi2SetBoolean.as_ref().err(),
-            library.fmi2Terminate.as_ref().err(),
-            library.fmi2FreeInstance.as_ref().err(),
+            binding.fmi2Instantiate.as_ref().err(),
+            binding.fmi2SetupExperiment.as_ref().err(),
+            binding.fmi2EnterInitializationMode.as_ref().err(),
+            binding.fmi2ExitInitializationMode.as_ref().err(),
+            binding.fmi2SetInteger.as_ref().err(),
+            binding.fmi2SetBoolean.as_ref().err(),
+            binding.fmi2Terminate.as_ref().err(),
+            binding.fmi2FreeInstance.as_ref().err(),
         ];
         if let Some(error) = lacks.into_iter().flatten().next() {
             return Err(error.to_string());
         }
         let step = StepFunctions {
-            set_real: *library.fmi2SetReal.as_ref().map_err(ToString::to_string)?,
-            get_real: *library.fmi2GetReal.as_ref().map_err(ToString::to_string)?,
-            do_step: *library.fmi2DoStep.as_ref().map_err(ToString::to_string)?,
+            set_real: *binding.fmi2SetReal.as_ref().map_err(ToString::to_string)?,
+            get_real: *binding.fmi2GetReal.as_ref().map_err(ToString::to_string)?,
+            do_step: *binding.fmi2DoStep.as_ref().map_err(ToString::to_string)?,
         };
-        Ok((library, step))
+        Ok((binding, step))
     }
 
     /// A new instance in the FMU; null if it refuses. `callbacks` must outlive it.
     fn handle(
         &self,
-        library: &Fmi2Binding,
+        binding: &Fmi2Binding,
         name: &str,
         callbacks: &CallbackFunctions,
     ) -> Result<fmi2Component, NulError> {
@@ -88,7 +88,7 @@ impl Fmi2 {
         // SAFETY: the texts are terminated and outlive the call, the callbacks have the layout of
         // the C header and outlive the instance, and the function was found.
         Ok(unsafe {
-            library.fmi2Instantiate(
+            binding.fmi2Instantiate(
                 name.as_ptr(),
                 fmi2Type_fmi2CoSimulation,
                 token.as_ptr(),
@@ -116,14 +116,14 @@ impl Importer for Fmi2 {
         messages::take();
         let model = || self.description.model_name.clone();
         let load = |reason| ImportError::Load { model: model(), reason };
-        let (library, step) = self.library().map_err(load)?;
+        let (binding, step) = self.bind().map_err(load)?;
         let callbacks = Box::<CallbackFunctions>::default();
-        let handle = self.handle(&library, name, &callbacks);
+        let handle = self.handle(&binding, name, &callbacks);
         let handle = handle.map_err(|error| load(error.to_string()))?;
         if handle.is_null() {
             return Err(ImportError::Refused { model: model(), messages: messages::take() });
         }
-        Ok(Box::new(Slave { library, handle, step, name: name.to_owned(), _callbacks: callbacks }))
+        Ok(Box::new(Slave { binding, handle, step, name: name.to_owned(), _callbacks: callbacks }))
     }
 }
 
@@ -143,11 +143,11 @@ type DoStep = unsafe extern "C" fn(fmi2Component, f64, f64, fmi2Boolean) -> Stat
 
 /// One instance.
 ///
-/// That the calls below are sound rests on this: `handle` came from `library`, which stays loaded
+/// That the calls below are sound rests on this: `handle` came from `binding`, which stays loaded
 /// and in which every function was found; being no `Send`, the instance stays on its thread; and
 /// it is freed when dropped, after which no call can follow, and before its callbacks.
 struct Slave {
-    library: Fmi2Binding,
+    binding: Fmi2Binding,
     handle: fmi2Component,
     step: StepFunctions,
     name: String,
@@ -158,7 +158,7 @@ struct Slave {
 impl Drop for Slave {
     fn drop(&mut self) {
         // SAFETY: see the type.
-        unsafe { self.library.fmi2FreeInstance(self.handle) }
+        unsafe { self.binding.fmi2FreeInstance(self.handle) }
     }
 }
 
@@ -183,14 +183,14 @@ impl Instance for Slave {
 
     fn set_i32(&mut self, reference: ValueReference, value: i32) -> Result<(), ImportError> {
         // SAFETY: see the type; one reference, one value.
-        let status = unsafe { self.library.fmi2SetInteger(self.handle, &reference.0, 1, &value) };
+        let status = unsafe { self.binding.fmi2SetInteger(self.handle, &reference.0, 1, &value) };
         check(&self.name, "SetInteger", status)
     }
 
     fn set_bool(&mut self, reference: ValueReference, value: bool) -> Result<(), ImportError> {
         let value = fmi2Boolean::from(value);
         // SAFETY: see the type; one reference, one value.
-        let status = unsafe { self.library.fmi2SetBoolean(self.handle, &reference.0, 1, &value) };
+        let status = unsafe { self.binding.fmi2SetBoolean(self.handle, &reference.0, 1, &value) };
         check(&self.name, "SetBoolean", status)
     }
 
@@ -209,13 +209,13 @@ impl Instance for Slave {
     fn initialise(&mut self, start_s: f64) -> Result<(), ImportError> {
         // SAFETY: see the type.
         let set_up =
-            unsafe { self.library.fmi2SetupExperiment(self.handle, 0, 0.0, start_s, 0, 0.0) };
+            unsafe { self.binding.fmi2SetupExperiment(self.handle, 0, 0.0, start_s, 0, 0.0) };
         check(&self.name, "SetupExperiment", set_up)?;
         // SAFETY: see the type.
-        let entered = unsafe { self.library.fmi2EnterInitializationMode(self.handle) };
+        let entered = unsafe { self.binding.fmi2EnterInitializationMode(self.handle) };
         check(&self.name, "EnterInitializationMode", entered)?;
         // SAFETY: see the type.
-        let left = unsafe { self.library.fmi2ExitInitializationMode(self.handle) };
+        let left = unsafe { self.binding.fmi2ExitInitializationMode(self.handle) };
         check(&self.name, "ExitInitializationMode", left)
     }
 
@@ -227,7 +227,7 @@ impl Instance for Slave {
 
     fn terminate(&mut self) -> Result<(), ImportError> {
         // SAFETY: see the type.
-        let status = unsafe { self.library.fmi2Terminate(self.handle) };
+        let status = unsafe { self.binding.fmi2Terminate(self.handle) };
         check(&self.name, "Terminate", status)
     }
 }

@@ -50,39 +50,39 @@ impl Fmi3 {
 
     /// Loads the shared library. Every function that an instance calls is looked up here, because
     /// the binding panics when it calls one that is not there.
-    fn library(&self) -> Result<(Fmi3Binding, StepFunctions), String> {
+    fn bind(&self) -> Result<(Fmi3Binding, StepFunctions), String> {
         let co_simulation = self.import.model_description().co_simulation.as_ref();
         let name = co_simulation.map_or("", |interface| &interface.model_identifier);
-        let library = self.import.binding(name).map_err(|error| error.to_string())?;
+        let binding = self.import.binding(name).map_err(|error| error.to_string())?;
         let lacks = [
-            library.fmi3InstantiateCoSimulation.as_ref().err(),
-            library.fmi3EnterInitializationMode.as_ref().err(),
-            library.fmi3ExitInitializationMode.as_ref().err(),
-            library.fmi3SetInt32.as_ref().err(),
-            library.fmi3SetBoolean.as_ref().err(),
-            library.fmi3Terminate.as_ref().err(),
-            library.fmi3FreeInstance.as_ref().err(),
+            binding.fmi3InstantiateCoSimulation.as_ref().err(),
+            binding.fmi3EnterInitializationMode.as_ref().err(),
+            binding.fmi3ExitInitializationMode.as_ref().err(),
+            binding.fmi3SetInt32.as_ref().err(),
+            binding.fmi3SetBoolean.as_ref().err(),
+            binding.fmi3Terminate.as_ref().err(),
+            binding.fmi3FreeInstance.as_ref().err(),
         ];
         if let Some(error) = lacks.into_iter().flatten().next() {
             return Err(error.to_string());
         }
         let step = StepFunctions {
-            set_float64: *library.fmi3SetFloat64.as_ref().map_err(ToString::to_string)?,
-            get_float64: *library.fmi3GetFloat64.as_ref().map_err(ToString::to_string)?,
-            do_step: *library.fmi3DoStep.as_ref().map_err(ToString::to_string)?,
+            set_float64: *binding.fmi3SetFloat64.as_ref().map_err(ToString::to_string)?,
+            get_float64: *binding.fmi3GetFloat64.as_ref().map_err(ToString::to_string)?,
+            do_step: *binding.fmi3DoStep.as_ref().map_err(ToString::to_string)?,
         };
-        Ok((library, step))
+        Ok((binding, step))
     }
 
     /// A new instance in the FMU; null if it refuses.
-    fn handle(&self, library: &Fmi3Binding, name: &str) -> Result<fmi3Instance, NulError> {
+    fn handle(&self, binding: &Fmi3Binding, name: &str) -> Result<fmi3Instance, NulError> {
         let token = CString::new(self.description.token.as_str())?;
         let resources = CString::new(self.import.canonical_resource_path_string())?;
         let name = CString::new(name)?;
         // SAFETY: the texts are terminated and outlive the call, no intermediate variables are
         // promised, the log callback asks nothing of its environment, and the function was found.
         Ok(unsafe {
-            library.fmi3InstantiateCoSimulation(
+            binding.fmi3InstantiateCoSimulation(
                 name.as_ptr(),
                 token.as_ptr(),
                 resources.as_ptr(),
@@ -115,12 +115,12 @@ impl Importer for Fmi3 {
         messages::take();
         let model = || self.description.model_name.clone();
         let load = |reason| ImportError::Load { model: model(), reason };
-        let (library, step) = self.library().map_err(load)?;
-        let handle = self.handle(&library, name).map_err(|error| load(error.to_string()))?;
+        let (binding, step) = self.bind().map_err(load)?;
+        let handle = self.handle(&binding, name).map_err(|error| load(error.to_string()))?;
         if handle.is_null() {
             return Err(ImportError::Refused { model: model(), messages: messages::take() });
         }
-        Ok(Box::new(Slave { library, handle, step, name: name.to_owned() }))
+        Ok(Box::new(Slave { binding, handle, step, name: name.to_owned() }))
     }
 }
 
@@ -154,11 +154,11 @@ type DoStep = unsafe extern "C" fn(
 
 /// One instance.
 ///
-/// That the calls below are sound rests on this: `handle` came from `library`, which stays loaded
+/// That the calls below are sound rests on this: `handle` came from `binding`, which stays loaded
 /// and in which every function was found; being no `Send`, the instance stays on its thread; and
 /// it is freed when dropped, after which no call can follow.
 struct Slave {
-    library: Fmi3Binding,
+    binding: Fmi3Binding,
     handle: fmi3Instance,
     step: StepFunctions,
     name: String,
@@ -167,7 +167,7 @@ struct Slave {
 impl Drop for Slave {
     fn drop(&mut self) {
         // SAFETY: see the type.
-        unsafe { self.library.fmi3FreeInstance(self.handle) }
+        unsafe { self.binding.fmi3FreeInstance(self.handle) }
     }
 }
 
@@ -192,14 +192,14 @@ impl Instance for Slave {
 
     fn set_i32(&mut self, reference: ValueReference, value: i32) -> Result<(), ImportError> {
         // SAFETY: see the type; one reference, one value.
-        let status = unsafe { self.library.fmi3SetInt32(self.handle, &reference.0, 1, &value, 1) };
+        let status = unsafe { self.binding.fmi3SetInt32(self.handle, &reference.0, 1, &value, 1) };
         check(&self.name, "SetInt32", status)
     }
 
     fn set_bool(&mut self, reference: ValueReference, value: bool) -> Result<(), ImportError> {
         // SAFETY: see the type; one reference, one value.
         let status =
-            unsafe { self.library.fmi3SetBoolean(self.handle, &reference.0, 1, &value, 1) };
+            unsafe { self.binding.fmi3SetBoolean(self.handle, &reference.0, 1, &value, 1) };
         check(&self.name, "SetBoolean", status)
     }
 
@@ -219,11 +219,11 @@ impl Instance for Slave {
     fn initialise(&mut self, start_s: f64) -> Result<(), ImportError> {
         // SAFETY: see the type.
         let entered = unsafe {
-            self.library.fmi3EnterInitializationMode(self.handle, false, 0.0, start_s, false, 0.0)
+            self.binding.fmi3EnterInitializationMode(self.handle, false, 0.0, start_s, false, 0.0)
         };
         check(&self.name, "EnterInitializationMode", entered)?;
         // SAFETY: see the type.
-        let left = unsafe { self.library.fmi3ExitInitializationMode(self.handle) };
+        let left = unsafe { self.binding.fmi3ExitInitializationMode(self.handle) };
         check(&self.name, "ExitInitializationMode", left)
     }
 
@@ -252,7 +252,7 @@ impl Instance for Slave {
 
     fn terminate(&mut self) -> Result<(), ImportError> {
         // SAFETY: see the type.
-        let status = unsafe { self.library.fmi3Terminate(self.handle) };
+        let status = unsafe { self.binding.fmi3Terminate(self.handle) };
         check(&self.name, "Terminate", status)
     }
 }
