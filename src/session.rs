@@ -8,6 +8,7 @@ use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario, Source};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use struna_body::Backend;
 use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
 use struna_gyro::Gyro;
 use struna_harness::{
@@ -56,12 +57,11 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
     let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?;
     let frames = grid.periods_until(scenario.duration);
     let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
-    let (source, has_twist) = motion_source(scenario)?;
-    let emulator = Emulator::new(source, gyro, grid, &scenario.frame)?;
+    let emulator = Emulator::new(motion_source(scenario)?, gyro, grid, &scenario.frame)?;
     let emulator = emulator.with_sampling(scenario.sampling);
     let devices = devices(&scenario.estimators, drive.fmu_folder)?;
     let averager = Averager::new(grid, scenario.averaging_samples)?;
-    let mut recorder = Recorder::new(&scenario.estimators, has_twist, drive.progress);
+    let mut recorder = Recorder::new(scenario, drive.progress);
     let mut pipeline = Pipeline::new(scenario.frame.clone(), averager, devices)?;
     let report = struna_harness::run(
         emulator,
@@ -77,20 +77,20 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
     }
 }
 
-/// The source of a scenario, and whether it knows the twist.
+/// The source of a scenario's motion.
 ///
 /// # Errors
 /// When the body refuses its start, its backend the rig, or the recording cannot be read.
-pub fn motion_source(scenario: &Scenario) -> Result<(Box<dyn MotionSource>, bool)> {
+pub fn motion_source(scenario: &Scenario) -> Result<Box<dyn MotionSource>> {
     Ok(match &scenario.source {
         Source::Model(model) => {
             let truth = model.motion(scenario.seed, 0)?;
-            (Box::new(BodySource { truth, mounting: scenario.mounting }), true)
+            Box::new(BodySource { truth, mounting: scenario.mounting })
         }
         Source::Recording(plan) => {
             let (time, rate) = (&plan.time_column, &plan.rate_column);
             let recording = recording::read(&plan.file, time, rate, plan.rad_s_per_unit)?;
-            (Box::new(recording), false)
+            Box::new(recording)
         }
     })
 }
@@ -180,28 +180,34 @@ fn parameters(plan: &EstimatorPlan) -> Vec<Parameter> {
 /// Gathers the record.
 struct Recorder<'a> {
     record: Record,
-    has_twist: bool,
+    /// What moves the body; a recording, which knows no twist, has none.
+    backend: Option<Backend>,
     row: Vec<f64>,
     progress: &'a mut dyn FnMut(SimTime),
 }
 
 impl<'a> Recorder<'a> {
-    fn new(plans: &[EstimatorPlan], has_twist: bool, progress: &'a mut dyn FnMut(SimTime)) -> Self {
+    fn new(scenario: &Scenario, progress: &'a mut dyn FnMut(SimTime)) -> Self {
+        let backend = match &scenario.source {
+            Source::Model(model) => Some(model.backend),
+            Source::Recording(_) => None,
+        };
         let mut names: Vec<String> = ["time", "measured_rate_rad_s", "over_range", "lost_before"]
             .map(str::to_owned)
             .to_vec();
         let truth = ["input_rate_rad_s", "body_rate_rad_s", "body_rate_integral_rad"];
         names.extend(truth.map(|signal| format!("truth.{signal}")));
-        if has_twist {
-            names.extend(["truth.twist_rad", "truth.twist_rate_rad_s"].map(str::to_owned));
+        if backend.is_some() {
+            let truth = ["twist_rad", "twist_rate_rad_s", "by_rapier"];
+            names.extend(truth.map(|signal| format!("truth.{signal}")));
         }
-        for plan in plans {
+        for plan in &scenario.estimators {
             for signal in ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s"] {
                 names.push(format!("{}.{signal}", plan.name));
             }
         }
         let row = Vec::with_capacity(names.len());
-        Self { record: Record::with_columns(names), has_twist, row, progress }
+        Self { record: Record::with_columns(names), backend, row, progress }
     }
 }
 
@@ -223,10 +229,11 @@ impl Observer for Recorder<'_> {
             of(|r| r.rate_rad_s),
             of(|r| r.spin_rad),
         ]);
-        if self.has_twist {
+        if let Some(backend) = self.backend {
             let twist = reference.and_then(|r| r.twist_rad.zip(r.twist_rate_rad_s));
             let (twist_rad, twist_rate_rad_s) = twist.unwrap_or((f64::NAN, f64::NAN));
-            self.row.extend([twist_rad, twist_rate_rad_s]);
+            let by_rapier = u8::from(matches!(backend, Backend::Rapier { .. }));
+            self.row.extend([twist_rad, twist_rate_rad_s, f64::from(by_rapier)]);
         }
         for e in estimates {
             let signals = [e.angle_rad, e.rate_rad_s, e.angle_sigma_rad, e.rate_sigma_rad_s];

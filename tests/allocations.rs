@@ -56,7 +56,7 @@ fn no_sample_allocates_from_decoder_to_estimate() {
     }
     let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz).expect("a grid");
     let gyro = Gyro::new(scenario.gyro, scenario.seed, 0).expect("a gyro");
-    let (source, _) = session::motion_source(&scenario).expect("a source");
+    let source = session::motion_source(&scenario).expect("a source");
     let mut emulator = Emulator::new(source, gyro, grid, &scenario.frame).expect("an emulator");
     let mut bytes = Vec::new();
     for _ in 0..3000 {

@@ -142,7 +142,7 @@ fn model_row(motion: &BodyMotion, mounting: &Mounting) -> [f64; 19] {
 }
 
 fn of_rate(scenario: &Scenario, instants: &mut dyn Iterator<Item = SimTime>) -> Result<Truth> {
-    let (mut source, _) = motion_source(scenario)?;
+    let mut source = motion_source(scenario)?;
     Ok(Truth::gather(RATE_COLUMNS, instants, |time| {
         let reference = source.reference_at(time)?;
         Ok::<_, SourceError>([time.as_s(), reference.rate_rad_s, reference.spin_rad])

@@ -166,6 +166,8 @@ fn a_run_writes_record_score_figure_and_fmus() {
     let (header, rows) = csv(&desk.text("results/record.csv"));
     assert_eq!((header[0].as_str(), rows.len()), ("time", 200));
     assert!(header.iter().any(|name| name == "torsion.angle_sigma_rad"), "{header:?}");
+    let by_rapier = header.iter().position(|name| name == "truth.by_rapier").unwrap();
+    assert!(rows.iter().all(|row| row[by_rapier].to_bits() == 1.0_f64.to_bits()));
     let score = score(&desk, "results/score.json");
     assert_eq!((&score["seed"], &score["interrupted"]), (&7.into(), &false.into()));
     assert_eq!((&score["backend"], &score["stopped"]), (&backend.into(), &().into()));

@@ -328,8 +328,7 @@ fn the_seed_of_the_run_decides_everything_random_about_the_motion() {
         let end_with = |seed: u64| {
             let mut scenario = parse(&text);
             scenario.seed = Seed(seed);
-            let (mut source, _) =
-                session::motion_source(&scenario).unwrap_or_else(|e| panic!("{e}"));
+            let mut source = session::motion_source(&scenario).unwrap_or_else(|e| panic!("{e}"));
             let end = source.reference_at(SimTime::from_ns(1_000_000_000));
             end.unwrap_or_else(|e| panic!("{e}"))
         };
