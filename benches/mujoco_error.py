@@ -17,29 +17,12 @@ except ImportError:
     print("missing")
     sys.exit()
 
-# The point that the string holds slides in its plane; the body turns about it.
-MODEL = """
-<mujoco>
-  <option gravity="0 0 -9.81"/>
-  <worldbody>
-    <body>
-      <joint type="slide" axis="1 0 0"/>
-      <joint type="slide" axis="0 1 0"/>
-      <joint type="ball"/>
-      <inertial pos="0 0 -0.1" mass="1" diaginertia="0.0100 0.0110 0.0120"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+import mujoco_body
 
 
 def main():
     step_s, steps, stiffness, twist, *start = [float(number) for number in sys.argv[1:]]
-    model = mujoco.MjModel.from_xml_string(MODEL)
-    model.opt.timestep = step_s
-    data = mujoco.MjData(model)
-    data.qpos[2:6] = start[:4]
-    data.qvel[2:5] = start[4:]
+    model, data = mujoco_body.start(mujoco, step_s, start)
 
     def string(_model, data):
         """-k tau (gamma + e3)/(1 + gamma3), with the twist unwrapped from call to call."""

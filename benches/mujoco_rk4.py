@@ -17,30 +17,15 @@ except ImportError:
     print("missing", flush=True)
     sys.exit()
 
-# The point that the string holds slides in its plane; the body turns about it.
-MODEL = """
-<mujoco>
-  <option timestep="1e-3" integrator="RK4" gravity="0 0 -9.81"/>
-  <worldbody>
-    <body>
-      <joint type="slide" axis="1 0 0"/>
-      <joint type="slide" axis="0 1 0"/>
-      <joint type="ball"/>
-      <inertial pos="0 0 -0.1" mass="1" diaginertia="0.0100 0.0110 0.0120"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+import mujoco_body
 
 
 def main():
     print("mujoco", mujoco.__version__, flush=True)
-    model = mujoco.MjModel.from_xml_string(MODEL)
-    data = mujoco.MjData(model)
     # Attitude (w, x, y, z) and body rate at the start, as the bench passes them.
     start = [float(number) for number in sys.argv[1:]]
-    data.qpos[2:6] = start[:4]
-    data.qvel[2:5] = start[4:]
+    model, data = mujoco_body.start(mujoco, 1e-3, start)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for line in sys.stdin:
         begun = time.perf_counter()
         mujoco.mj_step(model, data, nstep=int(line))
