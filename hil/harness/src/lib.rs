@@ -18,6 +18,7 @@ mod fmu_device;
 mod pipeline;
 mod run;
 mod source;
+mod transmitter;
 
 pub use averager::{Averager, AveragerError};
 pub use device::{DeviceError, DeviceFault, DeviceUnderTest};
@@ -26,3 +27,4 @@ pub use fmu_device::{FmuDevice, Parameter, ParameterValue};
 pub use pipeline::{GyroChannel, Pipeline, PipelineError, PipelineReport};
 pub use run::{Observer, RunError, RunReport, run};
 pub use source::{BodySource, MotionSource, Recording, Reference, SourceError};
+pub use transmitter::{LineEvent, Transmitter};

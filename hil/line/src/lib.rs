@@ -13,11 +13,13 @@
 //! reader; lateness is measured and reported and decides nothing.
 
 mod link;
+mod model;
 mod pacer;
 mod port;
 mod reader;
 mod stop;
 
+pub use model::{Bridge, LineModel, LineSettings};
 pub use pacer::{Lateness, Pacer};
 pub use port::{VirtualPort, VirtualPortError};
 pub use reader::{LineError, ReadOutcome, SerialReader};
