@@ -66,9 +66,7 @@ fn nothing_is_lost_on_the_virtual_line() {
 #[test]
 fn a_perfect_gyro_integrates_to_the_true_angle() {
     let mut scenario = demo(480.0);
-    scenario.gyro.angle_random_walk_rad_sqrt_s = 0.0;
-    scenario.gyro.bias_rad_s = 0.0;
-    scenario.gyro.turn_on_bias_sigma_rad_s = 0.0;
+    scenario.gyro = scenario.gyro.without_errors();
     let score = Score::of(&run(&scenario).record);
     let integration = &score.estimators[0];
     let error = integration.angle_vs_body_rate_integral_deg.expect("truth is known");
