@@ -89,12 +89,8 @@ struct Clock {
 
 impl Clock {
     fn new() -> Result<Self> {
-        let params = ClockParams {
-            offset: 1e-4,
-            turn_on_sigma: 5e-5,
-            drift_per_s: 1e-12,
-            jitter_s: 5e-6,
-        };
+        let params =
+            ClockParams { offset: 1e-4, turn_on_sigma: 5e-5, drift_per_s: 1e-12, jitter_s: 5e-6 };
         let grid = SampleGrid::new(SimTime::ZERO, 300.0)?;
         Ok(Self { clock: struna_gyro::SampleClock::new(grid, &params, Seed(1), 0), next: 0 })
     }

@@ -102,20 +102,19 @@ pub struct ScaleFactor {
     pub per_deg_c: f64,
 }
 
-/// How far the scale bends away from the straight line through both ends of the range.
+/// How far the scale bends away from the straight line that small rates follow.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Linearity {
     /// The law of the bend.
     pub law: Law,
-    /// Largest deviation from the line, as a share of full scale; its sign is that of the
-    /// deviation at positive rates below full scale.
+    /// By how much the reading at full scale falls short of the line, as a share of it.
     pub nonlinearity: f64,
 }
 
 /// The law by which a scale bends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Law {
-    /// Of vibrating gyros: a cubic that meets the line at zero and at ± full scale.
+    /// Of vibrating gyros: a cubic.
     #[default]
     Cubic,
     /// Of open-loop fibre-optic gyros: what linearisation leaves of the sine of the phase, which

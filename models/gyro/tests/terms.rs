@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI, FRAC_PI_2, TAU};
 use struna_gyro::datasheet::{rad_s_from_deg_h, rad_s_from_deg_s, vg910d};
 use struna_gyro::{
     BiasEffects, DriftParams, Gyro, GyroInput, GyroParams, Law, Linearity, Response, Rounding,
@@ -154,16 +154,16 @@ fn a_rate_ramp_rises_by_itself_from_the_start() {
 
 #[test]
 fn an_open_loop_folds_back_without_a_flag_where_others_saturate() {
-    let fold = |fold_back| {
-        let law = Law::Sine { fold_back };
-        let linearity = Linearity { law, nonlinearity: SINE_NONLINEARITY };
+    let of = |fold_back, nonlinearity| {
+        let linearity = Linearity { law: Law::Sine { fold_back }, nonlinearity };
         gyro(GyroParams { linearity, ..exact() })
     };
     let range_rad_s = exact().rate_max_rad_s;
-    let (mut folding, mut clipping) = (fold(true), fold(false));
+    // Without any linearisation, and with a good one.
+    let (mut folding, mut clipping) = (of(true, SINE_NONLINEARITY), of(false, 1e-3));
     for share in [0.1, 0.5, 0.99, 1.2, 1.9, 3.0] {
         let reading = folding.sample(share * range_rad_s);
-        let expected_rad_s = range_rad_s * (FRAC_PI_2 * share).sin();
+        let expected_rad_s = range_rad_s * FRAC_2_PI * (FRAC_PI_2 * share).sin();
         let got_rad_s = f64::from(reading.counts.0) * exact().lsb_rad_s;
         assert!((got_rad_s - expected_rad_s).abs() <= half_a_count_rad_s(), "{share}");
         assert!(!reading.flags.over_range, "{share}: it cannot know");
@@ -178,10 +178,9 @@ fn a_mems_scale_bends_by_the_cubic() {
     let linearity = Linearity { law: Law::Cubic, nonlinearity: 0.0015 };
     let mut gyro = gyro(GyroParams { linearity, ..exact() });
     let range_rad_s = exact().rate_max_rad_s;
-    for share in [-1.0, -0.5, 0.0, 0.25, 1.0 / 3.0_f64.sqrt(), 1.0_f64] {
-        // 0.0015 of the range at 1/√3: (3√3/2)(x − x³).
-        let bend = 0.0015 * 1.5 * 3.0_f64.sqrt() * (share - share.powi(3));
-        reads(&mut gyro, share * range_rad_s, range_rad_s * (share + bend));
+    for share in [-1.0, -0.5, 0.0, 0.25, 1.0_f64] {
+        let expected = share - 0.0015 * share.powi(3);
+        reads(&mut gyro, share * range_rad_s, range_rad_s * expected);
     }
 }
 

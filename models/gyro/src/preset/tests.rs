@@ -148,7 +148,7 @@ fn refusals_name_line_key_value_and_remedy() {
         ("clock_offset_ppm = 2e5", ["clock_offset_ppm", "-1e5 to 1e5"]),
         ("output = \"angel\"", ["`gyro.output`", "did you mean `angle`?"]),
         ("delay_ms = 1e9", ["response.delay_s * sample_rate_hz", "at most 250"]),
-        ("nonlinearity_percent_fs = 22", ["|linearity.nonlinearity|", "0.2105"]),
+        ("nonlinearity_percent_fs = 37", ["|linearity.nonlinearity|", "0.3633"]),
     ] {
         let text = refusal(&format!("{OWN}{line}\n"));
         assert!(parts.iter().all(|part| text.contains(part)), "{line}: {text}");
