@@ -53,6 +53,14 @@ Rows are matched by time; one file may have more of them. The attitude is compar
   struna fmu build --out fmus"
     )]
     Fmu(Fmu),
+    /// List or show the gyros that ship with the program
+    #[command(
+        subcommand,
+        after_help = "Examples:
+  struna gyro list
+  struna gyro show vg910d"
+    )]
+    Gyro(Gyro),
 }
 
 /// Arguments of `struna demo`.
@@ -130,6 +138,30 @@ pub struct FmuBuild {
     /// Folder for the .fmu files
     #[arg(long, value_name = "DIR", default_value = "out/fmu")]
     pub out: PathBuf,
+}
+
+/// Gyro commands.
+#[derive(Debug, Subcommand)]
+pub enum Gyro {
+    /// List the presets
+    #[command(after_help = "Example:
+  struna gyro list")]
+    List,
+    /// Show every parameter of a preset with its value, unit and provenance
+    #[command(after_help = "Examples:
+  struna gyro show adis16100
+  struna gyro show vg910d | grep unverified
+
+What is not listed is off. Any parameter can be replaced by its key in [gyro] of a scenario.")]
+    Show(GyroShow),
+}
+
+/// Arguments of `struna gyro show`.
+#[derive(Debug, Args)]
+pub struct GyroShow {
+    /// Name of the preset
+    #[arg(value_name = "NAME", value_parser = struna_gyro::preset::NAMES)]
+    pub name: String,
 }
 
 #[cfg(test)]

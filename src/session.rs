@@ -58,7 +58,7 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
     let frames = grid.periods_until(scenario.duration);
     let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
     let emulator = Emulator::new(motion_source(scenario)?, gyro, grid, &scenario.frame)?;
-    let emulator = emulator.with_sampling(scenario.sampling);
+    let emulator = emulator.with_surroundings(scenario.surroundings);
     let devices = devices(&scenario.estimators, drive.fmu_folder)?;
     let averager = Averager::new(grid, scenario.averaging_samples)?;
     let mut recorder = Recorder::new(scenario, drive.progress);

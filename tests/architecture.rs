@@ -11,7 +11,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("kernel", &[], &["*"]),
     ("settings", &[], &["*"]),
     ("body", &["kernel"], &["gyro", "line", "wire", "estimator"]),
-    ("gyro", &["kernel"], &["body", "line", "wire", "estimator"]),
+    ("gyro", &["kernel", "settings"], &["body", "line", "wire", "estimator"]),
     ("line", &["kernel"], &["body", "gyro", "wire", "estimator"]),
     ("wire", &["settings"], &["kernel", "body", "gyro", "line", "estimator"]),
     ("estimator", &["kernel"], &["body", "gyro", "wire", "line", "harness", "settings"]),

@@ -15,6 +15,7 @@ mod chain;
 mod decoder;
 mod filters;
 mod fmus;
+mod gyro;
 mod rapier;
 mod table;
 mod timing;
@@ -25,12 +26,13 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 7] = [
+const PARTS: [Part; 8] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
     ("batch", batch::rows),
     ("rapier", rapier::rows),
+    ("gyro", gyro::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
 ];

@@ -1,11 +1,10 @@
 //! `struna fmu`.
 
-use super::Outcome;
+use super::{Outcome, in_columns, print};
 use crate::cli::Fmu;
 use crate::fmu::{self, FmiVersion, ModelType};
 use crate::output::create_folder;
 use anyhow::Result;
-use std::io::{self, Write};
 use std::path::Path;
 use struna_fmi_export::{Domain, Variable};
 
@@ -32,30 +31,12 @@ fn build(out: &Path) -> Result<Outcome> {
     Ok(Outcome::Complete)
 }
 
-/// A reader that has seen enough, as `head` has after ten lines, may leave early.
-fn print(text: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written,
-    }
-}
-
 fn listed(model: &ModelType) -> String {
     let description = model.description();
     let head = ["variable", "kind", "causality", "unit", "start", "meaning"].map(str::to_owned);
     let rows: Vec<_> =
         std::iter::once(head).chain(description.variables().iter().map(columns)).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let widths: [usize; 6] = std::array::from_fn(|column| width(column).unwrap_or_default());
-    let mut text = format!("{}  {}\n", description.name(), description.description());
-    for row in &rows {
-        let padded = row.iter().zip(widths).map(|(cell, width)| format!("  {cell:<width$}"));
-        text += padded.collect::<String>().trim_end();
-        text.push('\n');
-    }
-    text.push('\n');
-    text
+    format!("{}  {}\n{}\n", description.name(), description.description(), in_columns(&rows))
 }
 
 /// One variable in the words of its model description.

@@ -4,12 +4,14 @@
 
 mod compare;
 mod fmu;
+mod gyro;
 mod run;
 mod truth;
 
 use crate::cli::{Cli, Command};
 use crate::scenario::Scenario;
 use anyhow::Result;
+use std::io::{self, Write};
 use std::path::Path;
 
 /// How a command ended, short of an error.
@@ -47,5 +49,28 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
+        Command::Gyro(command) => gyro::execute(&command),
     }
+}
+
+/// A reader that has seen enough, as `head` has after ten lines, may leave early.
+fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
+
+/// Rows of cells as indented text, each column as wide as its widest cell.
+fn in_columns<const N: usize>(rows: &[[String; N]]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: [usize; N] = std::array::from_fn(|column| width(column).unwrap_or_default());
+    let mut text = String::new();
+    for row in rows {
+        let padded = row.iter().zip(widths).map(|(cell, width)| format!("  {cell:<width$}"));
+        text += padded.collect::<String>().trim_end();
+        text.push('\n');
+    }
+    text
 }

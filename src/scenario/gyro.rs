@@ -1,48 +1,64 @@
-//! `[gyro]`: a preset, what differs from it, how it samples and how it sits on the body.
+//! `[gyro]`: a preset or a file, what differs from it, what surrounds it and how it sits.
 
 use super::Source;
 use super::numbers::{or, pair, section, triple};
+use std::path::Path;
 use struna_body::Mounting;
-use struna_gyro::{GyroParams, datasheet};
-use struna_harness::Sampling;
+use struna_gyro::preset::{self, Preset};
+use struna_gyro::{ROOM_TEMPERATURE_DEG_C, Surroundings};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table, Value};
 
 /// What `[gyro]` describes.
 pub(super) struct GyroPlan {
-    pub(super) params: GyroParams,
+    pub(super) preset: Preset,
     pub(super) mounting: Mounting,
-    pub(super) sampling: Sampling,
+    pub(super) surroundings: Surroundings,
 }
 
-const KEYS: [&str; 9] = [
-    "preset",
-    "sample_rate_hz",
-    "angle_random_walk_deg_sqrt_h",
-    "bias_deg_h",
-    "turn_on_bias_sigma_deg_h",
-    "rate_max_deg_s",
-    "lsb_deg_s",
-    "sampling",
-    "mounting",
-];
+const KEYS: [&str; 4] = ["preset", "file", "mounting", "surroundings"];
 
 /// Largest misalignment, deg: beyond half a right angle it is another input axis.
 const MISALIGNMENT_DEG_MAX: f64 = 45.0;
+const S_PER_MIN: f64 = 60.0;
+const T_PER_GAUSS: f64 = 1e-4;
 
-pub(super) fn gyro(root: &Table<'_>, source: &Source) -> Result<GyroPlan> {
+pub(super) fn gyro(root: &Table<'_>, source: &Source, folder: &Path) -> Result<GyroPlan> {
     let gyro = root.required("gyro")?.table()?;
-    gyro.only(&KEYS)?;
+    let known: Vec<_> = KEYS.into_iter().chain(preset::parameter_keys()).collect();
+    gyro.only(&known)?;
     if let (Source::Recording(_), Some(mounting)) = (source, gyro.optional("mounting")) {
         let reason = "a recording is the rate about the input axis already; remove [gyro.mounting]";
         return Err(mounting.because(reason));
     }
-    let words = [("mean", Sampling::Mean), ("instantaneous", Sampling::Instantaneous)];
     Ok(GyroPlan {
-        params: params(&gyro)?,
+        preset: of_keys(&gyro, folder)?,
         mounting: section(&gyro, "mounting", mounting)?.unwrap_or_default(),
-        sampling: or(&gyro, "sampling", |value| value.word(&words), Sampling::Mean)?,
+        surroundings: section(&gyro, "surroundings", surroundings)?.unwrap_or_default(),
     })
+}
+
+/// The gyro of a preset, of a file, or of the keys alone.
+fn of_keys(gyro: &Table<'_>, folder: &Path) -> Result<Preset> {
+    match (gyro.optional("preset"), gyro.optional("file")) {
+        (Some(_), Some(file)) => {
+            Err(file.because("`preset` says which gyro it is already; remove one of the two"))
+        }
+        (Some(name), None) => {
+            let name = name.word(&preset::NAMES.map(|name| (name, name)))?;
+            preset::named(name).expect("the name is one of the shipped").with(gyro)
+        }
+        (None, Some(file)) => of_file(&file, folder)?.with(gyro),
+        (None, None) => preset::blank(gyro),
+    }
+}
+
+fn of_file(value: &Value<'_>, folder: &Path) -> Result<Preset> {
+    let path = folder.join(value.text()?);
+    let text = std::fs::read_to_string(&path).map_err(|error| {
+        value.because(format!("cannot read {}: {error}; check the path", path.display()))
+    })?;
+    preset::read(&text).map_err(|error| Box::new(error.in_file(&path)))
 }
 
 fn mounting(mounting: &Table<'_>) -> Result<Mounting> {
@@ -56,28 +72,12 @@ fn mounting(mounting: &Table<'_>) -> Result<Mounting> {
         .map_err(|error| mounting.because(error.to_string()))
 }
 
-fn params(gyro: &Table<'_>) -> Result<GyroParams> {
-    let mut params = gyro.required("preset")?.word(&[("vg910d", datasheet::vg910d())])?;
-    if let Some(rate) = gyro.optional("sample_rate_hz") {
-        params.sample_rate_hz = rate.number_in(1.0..=100_000.0)?;
-    }
-    if let Some(walk) = gyro.optional("angle_random_walk_deg_sqrt_h") {
-        let walk_deg_sqrt_h = walk.not_negative()?;
-        params.angle_random_walk_rad_sqrt_s =
-            datasheet::rad_sqrt_s_from_deg_sqrt_h(walk_deg_sqrt_h);
-    }
-    if let Some(bias) = gyro.optional("bias_deg_h") {
-        params.bias_rad_s = datasheet::rad_s_from_deg_h(bias.number()?);
-    }
-    if let Some(sigma) = gyro.optional("turn_on_bias_sigma_deg_h") {
-        params.turn_on_bias_sigma_rad_s = datasheet::rad_s_from_deg_h(sigma.not_negative()?);
-    }
-    if let Some(range) = gyro.optional("rate_max_deg_s") {
-        params.rate_max_rad_s = datasheet::rad_s_from_deg_s(range.positive()?);
-    }
-    if let Some(lsb) = gyro.optional("lsb_deg_s") {
-        params.lsb_rad_s = datasheet::rad_s_from_deg_s(lsb.positive()?);
-    }
-    params.validate().map_err(|error| gyro.because(error.to_string()))?;
-    Ok(params)
+fn surroundings(table: &Table<'_>) -> Result<Surroundings> {
+    table.only(&["temperature_deg_c", "temperature_deg_c_min", "magnetic_field_gauss"])?;
+    let number = |key, default| or(table, key, Value::number, default);
+    Ok(Surroundings {
+        temperature_deg_c: number("temperature_deg_c", ROOM_TEMPERATURE_DEG_C)?,
+        temperature_rate_deg_c_s: number("temperature_deg_c_min", 0.0)? / S_PER_MIN,
+        magnetic_field_t: number("magnetic_field_gauss", 0.0)? * T_PER_GAUSS,
+    })
 }

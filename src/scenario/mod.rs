@@ -15,15 +15,16 @@ pub use source::{RecordingSource, Source};
 
 use std::path::{Path, PathBuf};
 use struna_body::Mounting;
-use struna_gyro::GyroParams;
-use struna_harness::Sampling;
+use struna_gyro::{GyroParams, Surroundings};
 use struna_kernel::{Seed, SimTime};
 use struna_settings::{Result, SettingsError, Table};
 use struna_wire::FrameSpec;
 
 /// Frame layouts that ship with the program, by the name a scenario calls them.
-const SHIPPED_FRAMES: [(&str, &str); 1] =
-    [("struna/vg910d@1", include_str!("../../frames/vg910d.toml"))];
+const SHIPPED_FRAMES: [(&str, &str); 2] = [
+    ("struna/vg910d@1", include_str!("../../frames/vg910d.toml")),
+    ("struna/adis16100@1", include_str!("../../frames/adis16100.toml")),
+];
 
 /// A run that lasts longer than this is a typing error.
 const DURATION_S_MAX: f64 = 1e7;
@@ -44,8 +45,8 @@ pub struct Scenario {
     pub gyro: GyroParams,
     /// How it sits there.
     pub mounting: Mounting,
-    /// What of the rate its samples take.
-    pub sampling: Sampling,
+    /// What surrounds it.
+    pub surroundings: Surroundings,
     /// The layout of its frames.
     pub frame: FrameSpec,
     /// Gyro samples averaged into one rate sample.
@@ -97,7 +98,10 @@ impl Scenario {
     pub fn parse(text: &str, path: &Path) -> std::result::Result<Self, ScenarioError> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let (mut scenario, frame) = struna_settings::read(text, |root| from_root(root, folder))
-            .map_err(|error| Box::new(error.in_file(path)))?;
+            .map_err(|error| {
+                // A gyro's file, read on the way, has named itself.
+                Box::new(if error.file.is_some() { *error } else { error.in_file(path) })
+            })?;
         if let Some(file) = frame {
             scenario.frame = read_frame(&file)?;
         }
@@ -130,15 +134,15 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
     let (frame, frame_file) = frame(root, folder)?;
     let estimators = root.tables("estimator", ESTIMATORS_MAX)?;
     let source = source::source(root, folder)?;
-    let gyro = gyro::gyro(root, &source)?;
+    let gyro = gyro::gyro(root, &source, folder)?;
     let scenario = Scenario {
         name,
         duration,
         seed: Seed(seed),
         source,
-        gyro: gyro.params,
+        gyro: gyro.preset.params,
         mounting: gyro.mounting,
-        sampling: gyro.sampling,
+        surroundings: gyro.surroundings,
         frame,
         averaging_samples: averaging(root)?,
         estimators: estimators::estimators(&estimators, folder)?,

@@ -153,7 +153,10 @@ fn values_that_neither_file_knows_do_not_differ() {
 
 #[test]
 fn records_are_compared_like_truths() {
-    let desk = Desk::with_scenario(SWING, &[]);
+    // A clock that is off by the same in both runs: truths are recorded when samples are taken.
+    let preset = "preset = \"vg910d\"";
+    let one_clock = format!("{preset}\nclock_offset_sigma_ppm = 0");
+    let desk = Desk::with_scenario(SWING, &[(preset, &one_clock)]);
     desk.done(&["run", "s.toml", "--out", "a"]);
     desk.done(&["run", "s.toml", "--out", "b", "--seed", "2"]);
     let table = desk.done(&["compare", "a/record.csv", "b/record.csv"]);

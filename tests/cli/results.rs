@@ -27,6 +27,9 @@ fn the_help_of_every_command_shows_an_example() {
         (&["fmu"], "\n  struna fmu list"),
         (&["fmu", "build"], "\n  struna fmu build --out "),
         (&["fmu", "list"], "\n  struna fmu list"),
+        (&["gyro"], "\n  struna gyro list"),
+        (&["gyro", "list"], "\n  struna gyro list"),
+        (&["gyro", "show"], "\n  struna gyro show adis16100"),
     ] {
         let help = desk.done(&[command, &["--help"]].concat());
         assert!(help.contains(example), "{command:?}:\n{help}");
@@ -68,6 +71,30 @@ fn fmu_list_shows_kind_causality_unit_and_start_in_columns() {
             _ => {}
         }
     }
+}
+
+#[test]
+fn gyro_list_and_show_print_the_presets_with_unit_and_provenance() {
+    let desk = Desk::new();
+    let list = desk.done(&["gyro", "list"]);
+    for row in ["vg910d fog 300 Hz +-200 deg/s", "adis16100 mems 1400 Hz +-300 deg/s"] {
+        let words: Vec<_> = row.split(' ').collect();
+        let is_row = |line: &str| line.split_whitespace().take(6).eq(words.iter().copied());
+        assert!(list.lines().any(is_row), "{row:?} not in:\n{list}");
+    }
+    let shown = desk.done(&["gyro", "show", "adis16100"]);
+    for row in [
+        "parameter value unit provenance note",
+        "lsb_deg_s 0.24390243902439024 deg/s published 1230",
+        "bandwidth_hz 40 Hz unverified second",
+        "noise_density_sided 1 - derived data",
+        "clock_offset_sigma_ppm 50 ppm invented a",
+    ] {
+        let words: Vec<_> = row.split(' ').collect();
+        let is_row = |line: &str| line.split_whitespace().take(5).eq(words.iter().copied());
+        assert!(shown.lines().any(is_row), "{row:?} not in:\n{shown}");
+    }
+    assert!(!shown.contains(" given"), "{shown}");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use struna_body::{
     PoissonImpulses, Rig, StartErrors, Support, TorqueNoise, Vibration, YieldElement, YieldLaw,
     earth_rate_w_rad_s,
 };
-use struna_harness::Sampling;
+use struna_gyro::{GyroParams, Sampling, Surroundings, preset};
 use struna_kernel::{RAD_PER_DEG, Seed, SimTime};
 
 /// The demo with more sections at its end.
@@ -55,7 +55,8 @@ fn what_a_scenario_leaves_out_is_off() {
     assert_eq!(model.rig, Rig::from(model.rig.body));
     assert_eq!(model.start_errors, StartErrors::NONE);
     assert_eq!(scenario.mounting, Mounting::default());
-    assert_eq!(scenario.sampling, Sampling::Mean);
+    assert_eq!(scenario.gyro.sampling, Sampling::Mean);
+    assert_eq!(scenario.surroundings, Surroundings::default());
 }
 
 #[test]
@@ -177,7 +178,63 @@ fn body_start_and_gyro_take_their_new_keys() {
     let misaligned = Mounting::new([RAD_PER_DEG, -2.0 * RAD_PER_DEG], [0.1, 0.2, 0.3]);
     assert_eq!(Ok(parse(&and(mounting)).mounting), misaligned);
     let sampled = with("preset", "preset = \"vg910d\"\nsampling = \"instantaneous\"");
-    assert_eq!(parse(&sampled).sampling, Sampling::Instantaneous);
+    assert_eq!(parse(&sampled).gyro.sampling, Sampling::Instantaneous);
+}
+
+#[test]
+fn a_gyro_is_a_preset_a_file_or_its_keys_alone_and_keys_come_last() {
+    let of = |keys: &str| with("preset", keys);
+    let adis = "preset = \"adis16100\"\nwarm_up_deg_h = 0\nbandwidth_hz = 80";
+    let gyro = parse(&of(adis)).gyro;
+    assert_eq!(gyro.counts_max, 2047);
+    assert!(gyro.bias_effects.warm_up_rad_s == 0.0);
+    assert!((gyro.response.natural_frequency_hz - 80.0).abs() < 1e-12);
+
+    let keys = "sample_rate_hz = 300\nrate_max_deg_s = 200\nlsb_deg_s = 3.0517578125e-5\n\
+                counts_bits = 24";
+    let alone = parse(&of(keys)).gyro;
+    let exact = preset::vg910d().without_errors();
+    // The demo adds 3 deg/h.
+    assert_eq!(GyroParams { bias_rad_s: 0.0, ..alone }, exact);
+    let bare = refusal(&of("sample_rate_hz = 300"));
+    assert!(bare.contains("`gyro.rate_max_deg_s`") && bare.contains("missing"), "{bare}");
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("x.toml");
+    let own = folder.path().join("own.toml");
+    let text = of("file = \"own.toml\"\nangle_random_walk_deg_sqrt_h = 0.5");
+    let missing = struna::scenario::Scenario::parse(&text, &path)
+        .expect_err("there is no such file")
+        .to_string();
+    assert!(missing.contains("`gyro.file`") && missing.contains("check the path"), "{missing}");
+    std::fs::write(&own, format!("[gyro]\nname = \"own\"\nkind = \"fog\"\n{keys}\nbias = 1"))
+        .expect("a small file");
+    let broken = struna::scenario::Scenario::parse(&text, &path)
+        .expect_err("there is no such key")
+        .to_string();
+    assert!(broken.contains("own.toml, line 8") && !broken.contains("x.toml"), "{broken}");
+    std::fs::write(&own, format!("[gyro]\nname = \"own\"\nkind = \"fog\"\n{keys}\n"))
+        .expect("a small file");
+    let gyro =
+        struna::scenario::Scenario::parse(&text, &path).unwrap_or_else(|e| panic!("{e}")).gyro;
+    assert!((gyro.angle_random_walk_rad_sqrt_s * 60.0 / RAD_PER_DEG - 0.5).abs() < 1e-15);
+    assert_eq!(gyro.counts_max, exact.counts_max);
+    let both = of("preset = \"vg910d\"\nfile = \"own.toml\"");
+    refused_at(&both, "gyro.file", &["remove one of the two"]);
+}
+
+#[test]
+fn surroundings_become_si() {
+    let text = "[gyro.surroundings]\ntemperature_deg_c = 20\ntemperature_deg_c_min = 3\n\
+                magnetic_field_gauss = 0.5";
+    let expected = Surroundings {
+        temperature_deg_c: 20.0,
+        temperature_rate_deg_c_s: 0.05,
+        magnetic_field_t: 0.5e-4,
+    };
+    assert_eq!(parse(&and(text)).surroundings, expected);
+    let unknown = and("[gyro.surroundings]\ntemperature = 20");
+    refused_at(&unknown, "gyro.surroundings.temperature", &["did you mean"]);
 }
 
 #[test]
@@ -349,15 +406,13 @@ fn a_run_carries_mounting_sampling_and_the_earth_to_the_decoded_rate() {
     scenario.duration = SimTime::from_ns(1_000_000_000);
     scenario.averaging_samples = 1;
     scenario.estimators.truncate(1);
-    let gyro = &mut scenario.gyro;
-    (gyro.angle_random_walk_rad_sqrt_s, gyro.turn_on_bias_sigma_rad_s) = (0.0, 0.0);
-    gyro.bias_rad_s = 0.0;
+    let gyro = scenario.gyro.without_errors();
     let half_a_count_rad_s = 0.5 * gyro.lsb_rad_s + 1e-15;
     let half_a_sample_s = 0.5 / gyro.sample_rate_hz;
     // Torsion alone: one turn at (2π/480)² of it per s²; the damping takes 3e-4 of that away.
     let acceleration_rad_s2 = -std::f64::consts::TAU.powi(3) / 480.0_f64.powi(2);
     for (sampling, lag_s) in [(Sampling::Instantaneous, 0.0), (Sampling::Mean, half_a_sample_s)] {
-        scenario.sampling = sampling;
+        scenario.gyro = GyroParams { sampling, ..gyro };
         let record = run(&scenario).record;
         let column = |name: &str| record.column(name).expect("a column of every record");
         let (measured, body) = (column("measured_rate_rad_s"), column("truth.body_rate_rad_s"));

@@ -1,7 +1,7 @@
 //! Everything left of the line: motion, gyro, encoder. Bytes out, and the truth beside them.
 
 use crate::{MotionSource, Reference, SourceError};
-use struna_gyro::Gyro;
+use struna_gyro::{Gyro, SampleClock, Surroundings};
 use struna_kernel::{GyroReading, SampleGrid, SimTime};
 use struna_wire::{EncodeError, Encoder, FieldSpec, FrameSpec};
 
@@ -12,18 +12,6 @@ pub enum Pacing {
     AsFastAsPossible,
     /// Each frame at its own absolute deadline.
     RealTime,
-}
-
-/// What of the rate about its input axis a gyro puts into a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Sampling {
-    /// The exact mean over the sample interval, from the integral of the rate: a perfect gyro's
-    /// samples then add up to the true angle whatever its sample rate.
-    #[default]
-    Mean,
-    /// The rate at the instant of the sample, as of a sensor that is fast beside its sample rate:
-    /// half an interval ahead of the mean.
-    Instantaneous,
 }
 
 /// Why the emulator stopped.
@@ -64,7 +52,7 @@ pub struct EmulatorReport {
     pub frames: u64,
     /// Bytes put on the line.
     pub bytes: u64,
-    /// Samples whose true rate lay beyond the gyro's range.
+    /// Samples whose measured rate lay beyond the gyro's range.
     pub saturated: u64,
 }
 
@@ -72,8 +60,10 @@ pub struct EmulatorReport {
 pub struct Emulator {
     source: Box<dyn MotionSource>,
     gyro: Gyro,
-    grid: SampleGrid,
-    sampling: Sampling,
+    /// When the gyro samples, and the instant of the next frame.
+    clock: SampleClock,
+    next: SimTime,
+    surroundings: Surroundings,
     encoder: Encoder,
     layout: Layout,
     raw: Vec<i64>,
@@ -89,7 +79,8 @@ impl std::fmt::Debug for Emulator {
 
 impl Emulator {
     /// An emulator of `gyro` on the body that `source` moves, speaking frames of layout `frame`.
-    /// Samples are means unless [`Self::with_sampling`] says otherwise.
+    /// The gyro's clock means to sample on `grid`; the laboratory is quiet unless
+    /// [`Self::with_surroundings`] says otherwise.
     ///
     /// # Errors
     /// [`EmulatorError`] when the layout has no rate or counts differently.
@@ -102,20 +93,29 @@ impl Emulator {
         let layout = Layout::find(frame, gyro.params().lsb_rad_s)?;
         let raw = vec![0; frame.fields().len()];
         let encoder = Encoder::new(frame);
-        let (sampling, report) = (Sampling::default(), EmulatorReport::default());
-        Ok(Self { source, gyro, grid, sampling, encoder, layout, raw, before: None, report })
+        let mut clock = gyro.clock(grid);
+        let next = clock.time_of(encoder.next_index() + 1);
+        let (surroundings, report) = (Surroundings::default(), EmulatorReport::default());
+        let before = None;
+        Ok(Self { source, gyro, clock, next, surroundings, encoder, layout, raw, before, report })
     }
 
-    /// The same emulator, sampling as `sampling` says.
+    /// The same emulator, its gyro in these surroundings.
     #[must_use]
-    pub fn with_sampling(self, sampling: Sampling) -> Self {
-        Self { sampling, ..self }
+    pub fn with_surroundings(self, surroundings: Surroundings) -> Self {
+        Self { surroundings, ..self }
     }
 
     /// Instant at which the next frame is complete.
     #[must_use]
     pub fn next_time(&self) -> SimTime {
-        self.grid.time_of(self.encoder.next_index() + 1)
+        self.next
+    }
+
+    /// The same by the gyro's own clock, which is all that a reader of its counter can know.
+    #[must_use]
+    pub fn next_sensor_time(&self) -> SimTime {
+        self.clock.grid().time_of(self.encoder.next_index() + 1)
     }
 
     /// Appends the next frame to `out`; returns the motion at its instant.
@@ -125,21 +125,23 @@ impl Emulator {
     pub fn emit(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
         let before = match self.before {
             Some(before) => before,
-            None => self.source.reference_at(self.grid.time_of(self.encoder.next_index()))?,
+            None => self.source.reference_at(self.clock.time_of(self.encoder.next_index()))?,
         };
-        let now = self.source.reference_at(self.next_time())?;
-        let rate_rad_s = match self.sampling {
-            Sampling::Mean => {
-                let turned_rad = now.input_angle_rad - before.input_angle_rad;
-                turned_rad / now.time.seconds_since(before.time)
-            }
-            Sampling::Instantaneous => now.input_rate_rad_s,
+        let now = self.source.reference_at(self.next)?;
+        let rate_rad_s = if self.gyro.takes_means() {
+            let turned_rad = now.input_angle_rad - before.input_angle_rad;
+            turned_rad / now.time.seconds_since(before.time)
+        } else {
+            now.input_rate_rad_s
         };
-        let reading = self.gyro.sample(rate_rad_s);
+        let force = now.specific_force_s_m_s2;
+        let input = self.surroundings.input_at(now.time.as_s(), rate_rad_s, force);
+        let reading = self.gyro.sample(input);
         self.layout.fill(&reading, &mut self.raw);
         let length = out.len();
         self.encoder.encode(&self.raw, out)?;
         self.before = Some(now);
+        self.next = self.clock.time_of(self.encoder.next_index() + 1);
         self.report.frames += 1;
         self.report.bytes += (out.len() - length) as u64;
         self.report.saturated += u64::from(reading.flags.over_range);
@@ -160,6 +162,7 @@ struct Layout {
     temperature: Option<(usize, FieldSpec)>,
     valid: Option<Bit>,
     over_range: Option<Bit>,
+    warm_up: Option<Bit>,
     temperature_valid: Option<Bit>,
 }
 
@@ -186,7 +189,8 @@ impl Layout {
         };
         let temperature = frame.field_index("temp").map(|at| (at, frame.fields()[at].clone()));
         let (valid, over_range) = (bit("valid"), bit("over_range"));
-        Ok(Self { rate, temperature, valid, over_range, temperature_valid: bit("temp_valid") })
+        let (warm_up, temperature_valid) = (bit("warm_up"), bit("temp_valid"));
+        Ok(Self { rate, temperature, valid, over_range, warm_up, temperature_valid })
     }
 
     fn fill(&self, reading: &GyroReading, raw: &mut [i64]) {
@@ -199,9 +203,10 @@ impl Layout {
         };
         if let Some((at, field)) = &self.temperature {
             raw[*at] = field.from_si(reading.temperature_deg_c);
-            set(raw, self.temperature_valid, true);
+            set(raw, self.temperature_valid, reading.flags.temperature_valid);
         }
         set(raw, self.valid, reading.flags.valid);
         set(raw, self.over_range, reading.flags.over_range);
+        set(raw, self.warm_up, reading.flags.warm_up);
     }
 }

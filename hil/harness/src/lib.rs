@@ -22,7 +22,7 @@ mod transmitter;
 
 pub use averager::{Averager, AveragerError};
 pub use device::{DeviceError, DeviceFault, DeviceUnderTest};
-pub use emulator::{Emulator, EmulatorError, EmulatorReport, Pacing, Sampling};
+pub use emulator::{Emulator, EmulatorError, EmulatorReport, Pacing};
 pub use fmu_device::{FmuDevice, Parameter, ParameterValue};
 pub use pipeline::{GyroChannel, Pipeline, PipelineError, PipelineReport};
 pub use run::{Observer, RunError, RunReport, run};

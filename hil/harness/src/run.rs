@@ -7,7 +7,7 @@ use crate::{
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, ScopedJoinHandle};
-use struna_kernel::{AngleEstimate, RateSample};
+use struna_kernel::{AngleEstimate, RateSample, SimTime};
 use struna_line::{
     Lateness, LineError, Pacer, ReadOutcome, SerialReader, StopFlag, VirtualPort, VirtualPortError,
 };
@@ -117,11 +117,15 @@ pub fn run(
     })
 }
 
+/// The truth at a sample, under the time that the gyro's own clock gives it: all that the decoded
+/// sample can be found by.
+type Stamped = (SimTime, Reference);
+
 /// The emulator's thread.
 struct Writer<'a> {
     emulator: Emulator,
     port: VirtualPort,
-    references: Sender<Reference>,
+    references: Sender<Stamped>,
     sent: &'a AtomicU64,
     stop: &'a StopFlag,
     halt: &'a StopFlag,
@@ -147,6 +151,7 @@ impl Writer<'_> {
             if let Some(pacer) = &mut pacer {
                 pacer.wait_until(self.emulator.next_time());
             }
+            let sensor_time = self.emulator.next_sensor_time();
             let reference = match self.emulator.emit(&mut block) {
                 Ok(reference) => reference,
                 Err(EmulatorError::Source(reason)) => {
@@ -156,7 +161,7 @@ impl Writer<'_> {
                 Err(error) => return Err(error.into()),
             };
             // A reader that has gone needs no truth; its own error tells why it went.
-            let _ = self.references.send(reference);
+            let _ = self.references.send((sensor_time, reference));
             if pacer.is_some() || block.len() >= BLOCK {
                 self.flush(&mut block)?;
             }
@@ -183,8 +188,8 @@ impl Writer<'_> {
 /// The calling thread's side.
 struct Reader {
     reader: SerialReader,
-    received: Receiver<Reference>,
-    latest: Option<Reference>,
+    received: Receiver<Stamped>,
+    latest: Option<Stamped>,
 }
 
 impl Reader {
@@ -226,11 +231,12 @@ impl Reader {
 /// The truth at the end of `sample`, if the source has told it.
 fn reference_for(
     sample: &RateSample,
-    received: &Receiver<Reference>,
-    latest: &mut Option<Reference>,
+    received: &Receiver<Stamped>,
+    latest: &mut Option<Stamped>,
 ) -> Option<Reference> {
-    while latest.is_none_or(|reference| reference.time < sample.time) {
+    while latest.is_none_or(|(sensor_time, _)| sensor_time < sample.time) {
         *latest = Some(received.try_recv().ok()?);
     }
-    latest.filter(|reference| reference.time == sample.time)
+    let (_, reference) = latest.filter(|(sensor_time, _)| *sensor_time == sample.time)?;
+    Some(reference)
 }

@@ -1,7 +1,8 @@
 //! Where the motion comes from: the body model, or a recording.
 
+use nalgebra::Vector3;
 use struna_body::{BodyError, Mounting, TruthMotion};
-use struna_kernel::SimTime;
+use struna_kernel::{BodyMotion, SimTime};
 
 /// The motion at one instant, as far as its source knows it.
 ///
@@ -16,6 +17,9 @@ pub struct Reference {
     pub input_angle_rad: f64,
     /// Inertial rate about the gyro's input axis, the Earth's included, rad/s.
     pub input_rate_rad_s: f64,
+    /// Specific force at the gyro along the axes of its case, m/s²; the third is the input axis. A
+    /// recording does not know it.
+    pub specific_force_s_m_s2: Option<[f64; 3]>,
     /// Integral of the rate relative to the room about the body's axis, rad.
     pub spin_rad: f64,
     /// Rate relative to the room about the body's axis, rad/s.
@@ -74,11 +78,26 @@ impl MotionSource for BodySource {
             time,
             input_angle_rad: self.mounting.angle_rad(&motion),
             input_rate_rad_s: self.mounting.rate_rad_s(&motion),
+            specific_force_s_m_s2: Some(self.specific_force_s_m_s2(&motion)),
             spin_rad: motion.spin_rad,
             rate_rad_s: motion.omega_wb_b_rad_s.z,
             twist_rad: Some(motion.twist_rad),
             twist_rate_rad_s: Some(motion.twist_rate_rad_s),
         })
+    }
+}
+
+impl BodySource {
+    /// Specific force at the gyro in its case: the third axis is the input axis, the first stays
+    /// in the plane of the body's x and z, as the mounting's rotations leave it.
+    fn specific_force_s_m_s2(&self, motion: &BodyMotion) -> [f64; 3] {
+        let body = self.truth.body();
+        let (suspension_b_m, gravity_m_s2) = (body.suspension_b_m(), body.params().gravity_m_s2);
+        let force_b = self.mounting.specific_force_b_m_s2(motion, &suspension_b_m, gravity_m_s2);
+        let z_b = self.mounting.input_axis_b().into_inner();
+        // Turned by at most 45 degrees about each axis, z keeps a part in that plane.
+        let x_b = Vector3::new(z_b.z, 0.0, -z_b.x).normalize();
+        [force_b.dot(&x_b), force_b.dot(&z_b.cross(&x_b)), force_b.dot(&z_b)]
     }
 }
 
@@ -150,6 +169,7 @@ impl MotionSource for Recording {
             time,
             input_angle_rad: spin_rad,
             input_rate_rad_s: rate_rad_s,
+            specific_force_s_m_s2: None,
             spin_rad,
             rate_rad_s,
             twist_rad: None,

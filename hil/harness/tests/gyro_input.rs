@@ -5,8 +5,10 @@
 use struna_body::{
     Body, Integrator, Mounting, Rig, StartState, TruthMotion, earth_rate_w_rad_s, reference,
 };
-use struna_gyro::{Gyro, GyroParams, datasheet::vg910d};
-use struna_harness::{BodySource, Emulator, MotionSource, Recording, Reference, Sampling};
+use struna_gyro::{
+    BiasEffects, ClockParams, Gyro, GyroParams, Response, Sampling, Surroundings, datasheet::vg910d,
+};
+use struna_harness::{BodySource, Emulator, MotionSource, Recording, Reference};
 use struna_kernel::{RAD_PER_DEG, SampleGrid, Seed, SimTime};
 use struna_wire::{Decoder, FrameSpec};
 
@@ -18,7 +20,7 @@ fn frame() -> FrameSpec {
 
 /// A VG-910D without noise and bias: what is left is rounding to counts.
 fn quiet() -> GyroParams {
-    GyroParams { angle_random_walk_rad_sqrt_s: 0.0, turn_on_bias_sigma_rad_s: 0.0, ..vg910d() }
+    vg910d().without_errors()
 }
 
 /// Half a count, and the rounding of rates of up to 1 rad/s.
@@ -32,10 +34,17 @@ fn decoded(
     sampling: Sampling,
     samples: usize,
 ) -> (Vec<f64>, Vec<Reference>) {
+    let emulator = emulator(source, GyroParams { sampling, ..quiet() });
+    decoded_of(emulator, samples)
+}
+
+fn emulator(source: impl MotionSource + 'static, params: GyroParams) -> Emulator {
     let grid = SampleGrid::new(SimTime::ZERO, SAMPLE_RATE_HZ).unwrap();
-    let gyro = Gyro::new(quiet(), Seed(1), 0).unwrap();
-    let emulator = Emulator::new(Box::new(source), gyro, grid, &frame()).unwrap();
-    let mut emulator = emulator.with_sampling(sampling);
+    let gyro = Gyro::new(params, Seed(1), 0).unwrap();
+    Emulator::new(Box::new(source), gyro, grid, &frame()).unwrap()
+}
+
+fn decoded_of(mut emulator: Emulator, samples: usize) -> (Vec<f64>, Vec<Reference>) {
     let mut bytes = Vec::new();
     let truth = (0..samples).map(|_| emulator.emit(&mut bytes).unwrap()).collect();
     let (mut decoder, field) = (Decoder::new(frame()), frame().field_index("rate").unwrap());
@@ -164,4 +173,99 @@ fn a_body_at_rest_turns_with_the_earth() {
     // The pole stands at the latitude above the horizon, so leaning north is going north.
     let leaning_rad_s = 7.292_115e-5 * (latitude_rad + lean_rad).sin();
     assert!(rates.iter().all(|rate| (rate - leaning_rad_s).abs() <= half_a_count_rad_s()));
+}
+
+/// A rate that rises by `slope_rad_s2`.
+fn ramp(slope_rad_s2: f64) -> Recording {
+    Recording::new(&[0.0, 4.0], &[0.0, 4.0 * slope_rad_s2]).unwrap()
+}
+
+#[test]
+fn a_band_limited_gyro_lags_by_its_filter_however_it_samples() {
+    let slope_rad_s2 = 0.2;
+    let response = Response { natural_frequency_hz: 10.0, ..Response::default() };
+    let lag_s = 2.0_f64.sqrt() / (std::f64::consts::TAU * 10.0);
+    for (sampling, more_s) in
+        [(Sampling::Instantaneous, 0.0), (Sampling::Mean, 0.5 / SAMPLE_RATE_HZ)]
+    {
+        let params = GyroParams { sampling, response, ..quiet() };
+        let (rates, truth) = decoded_of(emulator(ramp(slope_rad_s2), params), 900);
+        for (rate, truth) in rates.iter().zip(&truth).skip(300) {
+            let lagging_rad_s = truth.rate_rad_s - slope_rad_s2 * (lag_s + more_s);
+            // After 22 time constants nothing is left of the start; the mean held through each
+            // sample costs 2e-5 of one.
+            let tolerance = half_a_count_rad_s() + 2e-5 * slope_rad_s2 / SAMPLE_RATE_HZ;
+            assert!((rate - lagging_rad_s).abs() <= tolerance, "{sampling:?}");
+        }
+    }
+}
+
+#[test]
+fn a_fast_clock_samples_early_and_the_truth_comes_with_it() {
+    let clock = ClockParams { offset: 0.02, ..ClockParams::default() };
+    let params = GyroParams { clock, sampling: Sampling::Instantaneous, ..quiet() };
+    let mut emulator = emulator(ramp(0.2), params);
+    for k in 1..=600_u32 {
+        let sensor_time_s = emulator.next_sensor_time().as_s();
+        assert!((sensor_time_s - f64::from(k) / SAMPLE_RATE_HZ).abs() < 1e-9);
+        let time = emulator.next_time();
+        let truth = emulator.emit(&mut Vec::new()).unwrap();
+        assert_eq!(truth.time, time);
+        // Rounded to the nanosecond, each of the two.
+        assert!((time.as_s() * 1.02 - sensor_time_s).abs() < 1.1e-9, "{k}");
+    }
+}
+
+#[test]
+fn a_gyro_sensitive_to_g_feels_gravity_by_its_lean_and_swing_by_its_place() {
+    let body = Body::new(&reference::PARAMS).unwrap();
+    let g = body.params().gravity_m_s2;
+    let felt = |source: BodySource, axis: usize, samples| {
+        let mut per_specific_force_s_m = [0.0; 3];
+        per_specific_force_s_m[axis] = 1e-2;
+        let bias_effects = BiasEffects { per_specific_force_s_m, ..BiasEffects::default() };
+        let params = GyroParams { bias_effects, ..quiet() };
+        let (rates, truth) = decoded_of(emulator(source, params), samples);
+        let own = |(rate, truth): (&f64, &Reference)| rate - truth.rate_rad_s;
+        rates.iter().zip(&truth).map(own).map(|rate| rate / 1e-2).collect::<Vec<_>>()
+    };
+    // Half a count of rate is 3e-5 m/s² here.
+    let close = |found: f64, expected: f64| (found - expected).abs() < 3e-5;
+    // Turned by α about x and β about y: along the case gravity is Rᵀ(0, 0, g).
+    let (alpha, beta) = (0.1_f64, -0.2_f64);
+    let leaning = Mounting::new([alpha, beta], [0.0; 3]).unwrap();
+    let expected = [-beta.sin() * g, alpha.sin() * beta.cos() * g, alpha.cos() * beta.cos() * g];
+    for (axis, expected) in expected.into_iter().enumerate() {
+        let found = felt(body_source(body, &StartState::AT_REST, leaning), axis, 3);
+        assert!(found.iter().all(|force| close(*force, expected)), "{axis}: {found:?} {expected}");
+    }
+
+    // Under a string without end the centre of mass stays where it is while the body swings
+    // about it by θ·cos ωt, ω² = Mgd/A: across the body, h below the hold, it feels
+    // (g − ω²(h − d))·θ.
+    let (p, tilt_rad) = (body.params(), 0.02);
+    let start = StartState { tilt_rad, ..StartState::AT_REST };
+    let squared = p.mass_kg * g * p.com_depth_m / p.inertia_kg_m2[0];
+    for depth_m in [-0.1, 0.0, 0.3] {
+        let mounting = Mounting::new([0.0; 2], [0.0, 0.0, -depth_m]).unwrap();
+        let found = felt(body_source(body, &start, mounting), 1, 60);
+        for (k, found) in (1..).zip(found) {
+            let swing_rad = tilt_rad * (squared.sqrt() * f64::from(k) / SAMPLE_RATE_HZ).cos();
+            let expected = (g - squared * (depth_m - p.com_depth_m)) * swing_rad;
+            // Half a count, and what is of third order in the tilt: some θ² of (3g + ω²h)θ.
+            assert!((found - expected).abs() < 3e-5 + 1e-3, "{depth_m} m: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn temperature_rises_over_a_run_as_the_surroundings_say() {
+    let bias_effects = BiasEffects { per_deg_c_rad_s: 1e-3, ..BiasEffects::default() };
+    let warming = Surroundings { temperature_rate_deg_c_s: 0.5, ..Surroundings::default() };
+    let emulator = emulator(ramp(0.0), GyroParams { bias_effects, ..quiet() });
+    let (rates, truth) = decoded_of(emulator.with_surroundings(warming), 300);
+    for (rate, truth) in rates.iter().zip(&truth) {
+        let expected_rad_s = 1e-3 * 0.5 * truth.time.as_s();
+        assert!((rate - expected_rad_s).abs() <= half_a_count_rad_s());
+    }
 }

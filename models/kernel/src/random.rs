@@ -24,6 +24,16 @@ pub enum Channel {
     ImpulseSize,
     /// Spread of the starts of a campaign.
     StartError,
+    /// Bias instability of the gyro.
+    GyroBiasInstability,
+    /// Rate random walk of the gyro.
+    GyroRateRandomWalk,
+    /// Run-to-run spread of the gyro's scale factor.
+    GyroTurnOnScale,
+    /// Run-to-run spread of the rate of the gyro's clock.
+    GyroClockOffset,
+    /// Jitter of the gyro's sample instants.
+    GyroClockJitter,
 }
 
 impl Channel {
@@ -36,6 +46,11 @@ impl Channel {
             Self::ImpulseTime => 4,
             Self::ImpulseSize => 5,
             Self::StartError => 6,
+            Self::GyroBiasInstability => 32,
+            Self::GyroRateRandomWalk => 33,
+            Self::GyroTurnOnScale => 34,
+            Self::GyroClockOffset => 35,
+            Self::GyroClockJitter => 36,
         }
     }
 }
