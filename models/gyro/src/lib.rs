@@ -19,9 +19,12 @@
 //! What is modelled, in this order: bias (constant and turn-on), white rate noise, saturation,
 //! quantisation. What is not: scale error, bias instability, bandwidth, temperature, Earth rate.
 //!
+//! [`characterise`] goes the other way: from a record of a gyro at rest to its noise.
+//!
 //! **Architecture Invariant:** a gyro sees a rate and nothing else of the truth. It knows no body,
 //! no attitude and no clock.
 
+pub mod characterise;
 pub mod datasheet;
 mod gyro;
 mod params;
