@@ -47,7 +47,7 @@ pub use freedom::{degrees_of_freedom, variance_interval};
 pub use lab2008::{LabStatistic, half_range_in_deviations};
 pub use record::RateRecord;
 pub use term::{NoiseModel, Term};
-pub use verdict::{Reason, Verdict};
+pub use verdict::{MISFIT_REFUSED, Reason, Verdict};
 
 use curve::Angles;
 use fit::{Candidate, Observation};
@@ -209,12 +209,13 @@ pub fn characterise(
         trusted_s: points.iter().rfind(|point| point.trusted).map_or(0.0, |point| point.tau_s),
         drift_ratio,
         confidence: options.confidence,
+        misfit: misfit(&observations, &best.model),
     };
     let upper = || overbound::overbound(&self::observations(&points, |p| p.interval_rad_s[1]));
     Ok(Characterisation {
         verdicts: Term::ALL.map(|term| judge.verdict(term)),
         model: best.model,
-        misfit: misfit(&observations, &best.model),
+        misfit: judge.misfit,
         criteria: [best.aicc, best.bic],
         drift_ratio,
         overbound: options.overbound.then(upper).flatten(),

@@ -39,6 +39,12 @@ pub enum Reason {
     /// The Allan deviation rises as by a ramp, but the Hadamard deviation, which no ramp reaches,
     /// rises with it.
     NotARamp,
+    /// The curve is no sum of the five slopes: the gyro moved or was vibrated, or its band hides
+    /// more than was said.
+    NoSlopes {
+        /** Squared deviation of curve from fit, in variances that chance explains. */
+        misfit: f64,
+    },
     /// The record is too short.
     TooShort {
         /** Longest averaging time that it can be trusted at, s. */
@@ -56,6 +62,11 @@ impl fmt::Display for Reason {
             Self::NotARamp => {
                 write!(f, "not identifiable: the Hadamard deviation rises too, so it is no ramp")
             }
+            Self::NoSlopes { misfit } => write!(
+                f,
+                "the curve misses every sum of the five slopes by {misfit:.0} times what chance \
+                 explains; the gyro moved or was vibrated, or its band is narrower than said"
+            ),
             Self::TooShort { trusted_s, needed_s } => {
                 let minutes = (needed_s * 9.0 / 60.0).ceil();
                 write!(
@@ -71,6 +82,8 @@ impl fmt::Display for Reason {
 /// A ramp makes the Allan deviation rise away from the Hadamard deviation; a random walk of the
 /// rate, by √2 only.
 const RAMP_RATIO: f64 = 2.0;
+/// A curve that misses the fit by so many times what chance explains is not described by it at all.
+pub const MISFIT_REFUSED: f64 = 10.0;
 /// An interval wider than this factor is a bound.
 const INTERVAL_RATIO_MAX: f64 = 10.0;
 /// Rise of the deviance at a bound that holds with 95 % confidence: χ² with one degree of freedom,
@@ -99,10 +112,14 @@ pub(super) struct Judge<'a> {
     /// Allan over Hadamard deviation there.
     pub drift_ratio: Option<f64>,
     pub confidence: f64,
+    pub misfit: f64,
 }
 
 impl Judge<'_> {
     pub(super) fn verdict(&self, term: Term) -> Verdict {
+        if self.misfit > MISFIT_REFUSED {
+            return Verdict::Refused { reason: Reason::NoSlopes { misfit: self.misfit } };
+        }
         let needed_s = needed_s(term);
         if self.trusted_s < needed_s {
             let trusted_s = self.trusted_s;
