@@ -45,6 +45,15 @@ Ctrl-C ends the run early; what came until then is recorded and scored.")]
 
 Rows are matched by time; one file may have more of them. The attitude is compared as one angle.")]
     Compare(Compare),
+    /// Find a gyro's noise in a record of it at rest: Allan deviation and coefficients
+    #[command(after_help = "Examples:
+  struna characterize rest.csv --rate-column z --unit deg/s --sample-rate 300
+  struna characterize out/rest/record.csv --figure adev.svg --json adev.json
+  struna characterize mems.csv --bandwidth-hz 40 --averaging 70 --preset mine.toml
+
+An hour at rest gives angle random walk and bias instability; a minute only the former. Each
+coefficient comes with an interval, with a bound, or with the reason why there is none.")]
+    Characterize(Box<Characterize>),
     /// Build or list the FMUs
     #[command(
         subcommand,
@@ -116,6 +125,57 @@ pub struct Compare {
 fn tolerance(text: &str) -> Result<f64, &'static str> {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number >= 0.0);
     number.ok_or("write a number of at least 0")
+}
+
+/// Arguments of `struna characterize`.
+#[derive(Debug, Args)]
+pub struct Characterize {
+    /// CSV file with a header and the rates of a gyro at rest
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// Column of the rates [default: measured_rate_rad_s, rate_deg_s or the like]
+    #[arg(long, value_name = "NAME")]
+    pub rate_column: Option<String>,
+    /// Their unit: deg/s, rad/s or deg/h [default: what the column's name ends in]
+    #[arg(long, value_name = "UNIT")]
+    pub unit: Option<String>,
+    /// Samples per second [default: what the column of time says]
+    #[arg(long, value_name = "HZ")]
+    pub sample_rate: Option<f64>,
+    /// Column of the time in s, which tells what was lost [default: time, if there]
+    #[arg(long, value_name = "NAME")]
+    pub time_column: Option<String>,
+    /// Column that grows by one with each sample, which tells what was lost
+    #[arg(long, value_name = "NAME")]
+    pub index_column: Option<String>,
+    /// Bandwidth of the gyro; noise at shorter averaging times is left out of the fit
+    #[arg(long, value_name = "F")]
+    pub bandwidth_hz: Option<f64>,
+    /// Samples per average in the laboratory's statistic
+    #[arg(long, value_name = "M", default_value_t = 10, value_parser = samples)]
+    pub averaging: usize,
+    /// Also find N, B and K that lie nowhere below the measured curve
+    #[arg(long)]
+    pub overbound: bool,
+    /// Averaging times in octaves and not ten per decade
+    #[arg(long)]
+    pub octaves: bool,
+    /// Name of the gyro [default: name of the file]
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
+    /// JSON file to write
+    #[arg(long, value_name = "OUT.json")]
+    pub json: Option<PathBuf>,
+    /// Figure to write
+    #[arg(long, value_name = "OUT.svg")]
+    pub figure: Option<PathBuf>,
+    /// Gyro preset to write, with the noise that was found
+    #[arg(long, value_name = "OUT.toml")]
+    pub preset: Option<PathBuf>,
+}
+
+fn samples(text: &str) -> Result<usize, &'static str> {
+    text.parse().ok().filter(|number| *number > 0).ok_or("write a whole number of at least 1")
 }
 
 /// FMU commands.

@@ -2,9 +2,11 @@
 //!
 //! `main.rs` parses the command line and hands over to [`commands`]. A [`scenario`] file describes
 //! a run; [`session`] builds the chain for it and gathers the [`record`]; [`score`] and [`figure`]
-//! read the record and nothing else, and [`mod@compare`] tells how far two results are apart.
+//! read the record and nothing else, and [`mod@compare`] tells how far two results are apart;
+//! [`characterize`] finds a gyro's noise in what it read at rest.
 
 pub mod backend;
+pub mod characterize;
 pub mod cli;
 pub mod commands;
 pub mod compare;

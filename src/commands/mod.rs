@@ -2,6 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "commands talk to the person who typed them")]
 
+mod characterize;
 mod compare;
 mod fmu;
 mod gyro;
@@ -48,6 +49,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         }
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
+        Command::Characterize(args) => characterize::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
         Command::Gyro(command) => gyro::execute(&command),
     }

@@ -22,9 +22,12 @@
 //! random walk, ramp; saturation; rounding; and the clock that samples it all. Misalignment and the
 //! Earth's rate are the mounting's and come with the rate. `docs/gyro.md` has the equations.
 //!
+//! [`characterise`] goes the other way: from a record of a gyro at rest to its noise.
+//!
 //! **Architecture Invariant:** a gyro feels rate, specific force, temperature and magnetic field at
 //! its place and nothing else of the truth. It knows no body and no attitude.
 
+pub mod characterise;
 mod clock;
 pub mod datasheet;
 mod drift;
