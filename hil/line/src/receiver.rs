@@ -294,6 +294,11 @@ mod tests {
     }
 
     /// The line as levels on a fine grid and a receiver that walks over it: no shared code.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positions on the grid are small and not negative"
+    )]
     fn walked(format: CharacterFormat, ratio: f64, bursts: &[(u32, Vec<u8>)]) -> Vec<u8> {
         const FINE: usize = 64;
         let mut line = vec![true; FINE];
