@@ -88,9 +88,9 @@ impl<'a> Report<'a> {
                 samples_saturated: run.emulator.saturated,
                 samples_flagged_over_range: run.pipeline.over_range,
             },
-            pacing: run.late.map(|late| PacingReport {
-                frames_paced: late.waits,
-                frames_behind: late.behind,
+            pacing: run.late.as_ref().map(|late| PacingReport {
+                frames_paced: late.waits(),
+                frames_behind: late.overrun.count(),
                 late_mean_s: late.mean_s(),
                 late_max_s: late.max_s(),
             }),

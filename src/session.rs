@@ -54,11 +54,9 @@ impl std::fmt::Debug for Drive<'_> {
 /// Whatever stops the chain, with the place it happened in; the end of a motion from which nothing
 /// came.
 pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
-    let grid = SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?;
+    let grid = sample_grid(scenario)?;
     let frames = grid.periods_until(scenario.duration);
-    let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
-    let emulator = Emulator::new(motion_source(scenario)?, gyro, grid, &scenario.frame)?;
-    let emulator = emulator.with_surroundings(scenario.surroundings);
+    let emulator = emulator(scenario)?;
     let devices = devices(&scenario.estimators, drive.fmu_folder)?;
     let averager = Averager::new(grid, scenario.averaging_samples)?;
     let mut recorder = Recorder::new(scenario, drive.progress);
@@ -75,6 +73,25 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
         Some(reason) if recorder.record.rows() == 0 => Err(reason.into()),
         _ => Ok(Session { record: recorder.record, report }),
     }
+}
+
+/// Instants of a scenario's samples.
+///
+/// # Errors
+/// When the gyro has no usable sample rate.
+pub fn sample_grid(scenario: &Scenario) -> Result<SampleGrid> {
+    Ok(SampleGrid::new(SimTime::ZERO, scenario.gyro.sample_rate_hz)?)
+}
+
+/// Everything left of a scenario's line.
+///
+/// # Errors
+/// When gyro and frame do not go together, or the motion cannot start.
+pub fn emulator(scenario: &Scenario) -> Result<Emulator> {
+    let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
+    let grid = sample_grid(scenario)?;
+    let emulator = Emulator::new(motion_source(scenario)?, gyro, grid, &scenario.frame)?;
+    Ok(emulator.with_surroundings(scenario.surroundings))
 }
 
 /// The source of a scenario's motion.

@@ -6,11 +6,13 @@ mod body;
 mod environment;
 mod estimators;
 mod gyro;
+mod line;
 mod numbers;
 mod source;
 
 pub use body::ModelSource;
 pub use estimators::{EstimatorKind, EstimatorPlan, RunAs};
+pub use line::LinePlan;
 pub use source::{RecordingSource, Source};
 
 use std::path::{Path, PathBuf};
@@ -49,6 +51,10 @@ pub struct Scenario {
     pub surroundings: Surroundings,
     /// The layout of its frames.
     pub frame: FrameSpec,
+    /// What another command has to call that layout: a shipped name or a file.
+    pub frame_called: String,
+    /// The line they go over.
+    pub line: LinePlan,
     /// Gyro samples averaged into one rate sample.
     pub averaging_samples: u64,
     /// The estimators, in the order of the record.
@@ -104,7 +110,13 @@ impl Scenario {
             })?;
         if let Some(file) = frame {
             scenario.frame = read_frame(&file)?;
+            scenario.frame_called = file.display().to_string();
         }
+        // The rest of [line] is judged by the frame that goes over it.
+        let rate_hz = scenario.gyro.sample_rate_hz;
+        let line = |root: &Table<'_>| line::line(root, &scenario.frame, rate_hz);
+        scenario.line =
+            struna_settings::read(text, line).map_err(|error| Box::new(error.in_file(path)))?;
         Ok(scenario)
     }
 }
@@ -143,6 +155,8 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
         gyro: gyro.preset.params,
         mounting: gyro.mounting,
         surroundings: gyro.surroundings,
+        frame_called: frame.name().to_owned(),
+        line: LinePlan::of_frame(&frame),
         frame,
         averaging_samples: averaging(root)?,
         estimators: estimators::estimators(&estimators, folder)?,
@@ -166,7 +180,7 @@ fn frame(root: &Table<'_>, folder: &Path) -> Result<(FrameSpec, Option<PathBuf>)
     let default = shipped(SHIPPED_FRAMES[0].1);
     let Some(line) = root.optional("line") else { return Ok((default, None)) };
     let line = line.table()?;
-    line.only(&["frame"])?;
+    line.only(&line::KEYS)?;
     let Some(frame) = line.optional("frame") else { return Ok((default, None)) };
     let name = frame.text()?;
     if let Some((_, text)) = SHIPPED_FRAMES.iter().find(|(shipped, _)| *shipped == name) {

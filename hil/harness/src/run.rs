@@ -10,6 +10,7 @@ use std::thread::{self, ScopedJoinHandle};
 use struna_kernel::{AngleEstimate, RateSample, SimTime};
 use struna_line::{
     Lateness, LineError, Pacer, ReadOutcome, SerialReader, StopFlag, VirtualPort, VirtualPortError,
+    Waited,
 };
 
 /// Bytes per write when nobody waits for single frames.
@@ -148,8 +149,10 @@ impl Writer<'_> {
             if self.stop.is_stopped() || self.halt.is_stopped() {
                 break;
             }
-            if let Some(pacer) = &mut pacer {
-                pacer.wait_until(self.emulator.next_time());
+            if let Some(pacer) = &mut pacer
+                && pacer.wait_until(self.emulator.next_time(), self.stop) == Waited::Stopped
+            {
+                break;
             }
             let sensor_time = self.emulator.next_sensor_time();
             let reference = match self.emulator.emit(&mut block) {
@@ -167,7 +170,7 @@ impl Writer<'_> {
             }
         }
         self.flush(&mut block)?;
-        let late = pacer.map(|pacer| pacer.lateness());
+        let late = pacer.map(|pacer| pacer.lateness().clone());
         Ok(Written { emulator: self.emulator.report(), late, stopped, port: self.port })
     }
 

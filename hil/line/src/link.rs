@@ -16,20 +16,14 @@ pub(crate) struct DeviceLink {
 }
 
 impl DeviceLink {
-    /// Points `link` at `device`, replacing a link that is there but nothing else.
+    /// Points `link` at `device`. A link that leads nowhere, as a crashed run leaves behind, is
+    /// replaced; anything else that is there belongs to somebody and is refused.
     ///
     /// The link is made under another name and renamed, so that whoever opens `link` meets either
     /// the old device or the new one, never nothing.
     pub(crate) fn create(link: &Path, device: &Path) -> io::Result<Self> {
-        match fs::symlink_metadata(link) {
-            Ok(found) if !found.is_symlink() => {
-                return Err(io::Error::new(
-                    io::ErrorKind::AlreadyExists,
-                    "something that is not a symbolic link is there",
-                ));
-            }
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
+        if let Some(reason) = in_the_way(link)? {
+            return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
         }
         let fresh = symlink_beside(link, device)?;
         fs::rename(&fresh, link).inspect_err(|_| {
@@ -37,6 +31,24 @@ impl DeviceLink {
             drop(fs::remove_file(&fresh));
         })?;
         Ok(Self { link: link.to_owned(), device: device.to_owned() })
+    }
+}
+
+/// What at `link` must not be replaced, in words.
+fn in_the_way(link: &Path) -> io::Result<Option<String>> {
+    match fs::symlink_metadata(link) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+        Ok(found) if !found.is_symlink() => {
+            Ok(Some("something that is not a symbolic link is there".to_owned()))
+        }
+        Ok(_) => match fs::metadata(link) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            _ => Ok(Some(format!(
+                "a link to {} is there; end the emulator that made it, or remove the link",
+                fs::read_link(link)?.display()
+            ))),
+        },
     }
 }
 

@@ -1,45 +1,23 @@
 //! Holding simulated time to the wall clock: the one corner that reads a clock.
 
+use crate::{Lateness, StopFlag};
 use rustix::io::Errno;
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 use struna_kernel::SimTime;
 
 const NS_PER_S: i64 = 1_000_000_000;
+/// Longest sleep before the stop flag is looked at again.
+const STOP_CHECK_NS: i64 = 20_000_000;
 
-/// How punctual a [`Pacer`] has been. For reports: nothing may be decided by it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Lateness {
-    /// Waits so far.
-    pub waits: u64,
-    /// Waits whose instant had passed before they began: the bench itself had fallen behind.
-    pub behind: u64,
-    max_ns: i64,
-    sum_ns: i128,
-}
-
-impl Lateness {
-    /// The longest delay of a wake-up after its instant, s.
-    #[must_use]
-    pub fn max_s(&self) -> f64 {
-        self.max_ns as f64 / NS_PER_S as f64
-    }
-
-    /// The mean delay of a wake-up after its instant, s; zero before the first wait.
-    #[must_use]
-    pub fn mean_s(&self) -> f64 {
-        if self.waits == 0 {
-            return 0.0;
-        }
-        self.sum_ns as f64 / self.waits as f64 / NS_PER_S as f64
-    }
-
-    fn record(&mut self, behind: bool, late_ns: i64) {
-        self.waits += 1;
-        self.behind += u64::from(behind);
-        self.max_ns = self.max_ns.max(late_ns);
-        self.sum_ns += i128::from(late_ns);
-    }
+/// How a wait ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use]
+pub enum Waited {
+    /// The instant has come.
+    Due,
+    /// The wait was stopped before that.
+    Stopped,
 }
 
 /// Waits for the instants of simulated time on the monotonic clock.
@@ -50,6 +28,7 @@ impl Lateness {
 #[derive(Debug, Clone)]
 pub struct Pacer {
     start_ns: i64,
+    speed: f64,
     lateness: Lateness,
 }
 
@@ -57,30 +36,68 @@ impl Pacer {
     /// Starts the clock: [`SimTime::ZERO`] is now.
     #[must_use]
     pub fn start() -> Self {
-        Self { start_ns: now_ns(), lateness: Lateness::default() }
+        Self::at_speed(1.0)
     }
 
-    /// Sleeps until `time` has come; returns at once when it has passed.
-    pub fn wait_until(&mut self, time: SimTime) {
-        let deadline_ns = deadline_ns(self.start_ns, time);
-        let behind = now_ns() > deadline_ns;
-        let deadline = timespec(deadline_ns);
-        while !behind && clock_nanosleep_absolute(ClockId::Monotonic, &deadline) == Err(Errno::INTR)
-        {
+    /// The same, with `speed` simulated seconds in one of the clock. Positive.
+    #[must_use]
+    pub fn at_speed(speed: f64) -> Self {
+        Self { start_ns: now_ns(), speed, lateness: Lateness::default() }
+    }
+
+    /// Sleeps until `time` has come; returns at once when it has passed. A stopped wait ends within
+    /// 20 ms and is not counted.
+    pub fn wait_until(&mut self, time: SimTime, stop: &StopFlag) -> Waited {
+        let due_ns = self.due_ns(time);
+        let began_ns = now_ns();
+        if began_ns > due_ns {
+            self.lateness.overrun.record(began_ns.saturating_sub(due_ns));
+            return Waited::Due;
         }
-        self.lateness.record(behind, now_ns().saturating_sub(deadline_ns).max(0));
+        let mut now = began_ns;
+        while now < due_ns {
+            if stop.is_stopped() {
+                return Waited::Stopped;
+            }
+            sleep_until(due_ns.min(now.saturating_add(STOP_CHECK_NS)));
+            now = now_ns();
+        }
+        self.lateness.oversleep.record(now.saturating_sub(due_ns));
+        Waited::Due
+    }
+
+    /// What [`monotonic_ns`] reads when `time` is due; instants before the start are due at the
+    /// start.
+    #[must_use]
+    pub fn due_ns(&self, time: SimTime) -> i64 {
+        deadline_ns(self.start_ns, self.speed, time)
     }
 
     /// How punctual it has been.
     #[must_use]
-    pub const fn lateness(&self) -> Lateness {
-        self.lateness
+    pub const fn lateness(&self) -> &Lateness {
+        &self.lateness
     }
 }
 
-/// The clock reading at which `time` is due; instants before the start are due at the start.
-fn deadline_ns(start_ns: i64, time: SimTime) -> i64 {
-    start_ns.saturating_add(time.as_ns().max(0))
+/// Nanoseconds on the system's monotonic clock, the same in every process of this machine. For
+/// reports of how long something took: nothing may be decided by it.
+#[must_use]
+pub fn monotonic_ns() -> i64 {
+    now_ns()
+}
+
+fn deadline_ns(start_ns: i64, speed: f64, time: SimTime) -> i64 {
+    // Exact at speed 1 for a hundred days; the cast saturates.
+    #[expect(clippy::cast_possible_truncation, reason = "a float-to-int cast saturates")]
+    let after_ns = (time.as_ns().max(0) as f64 / speed) as i64;
+    start_ns.saturating_add(after_ns)
+}
+
+/// Sleeps until `ns` or a signal.
+fn sleep_until(ns: i64) {
+    let outcome = clock_nanosleep_absolute(ClockId::Monotonic, &timespec(ns));
+    debug_assert!(matches!(outcome, Ok(()) | Err(Errno::INTR)), "{outcome:?}");
 }
 
 fn timespec(ns: i64) -> Timespec {
@@ -105,8 +122,11 @@ mod tests {
         let start_ns = 123_456_789_012;
         for hour in [0_u32, 1, 24, 1000] {
             let k = u64::from(hour) * 3600 * 300;
-            let expected_ns = start_ns + i64::from(hour) * 3600 * NS_PER_S;
-            assert_eq!(deadline_ns(start_ns, grid.time_of(k)), expected_ns);
+            let expected_ns = i64::from(hour) * 3600 * NS_PER_S;
+            for (speed, divisor) in [(1.0, 1), (4.0, 4)] {
+                let due_ns = deadline_ns(start_ns, speed, grid.time_of(k));
+                assert_eq!(due_ns, start_ns + expected_ns / divisor);
+            }
         }
     }
 
@@ -116,10 +136,10 @@ mod tests {
         // Due a second before the start of the clock's own life: certainly passed.
         pacer.start_ns = -NS_PER_S;
         for k in 0..3 {
-            pacer.wait_until(SimTime::from_ns(k));
+            assert_eq!(pacer.wait_until(SimTime::from_ns(k), &StopFlag::new()), Waited::Due);
         }
         let lateness = pacer.lateness();
-        assert_eq!((lateness.waits, lateness.behind), (3, 3));
+        assert_eq!((lateness.overrun.count(), lateness.oversleep.count()), (3, 0));
         assert!(lateness.max_s() >= 1.0 && lateness.mean_s() >= 1.0);
     }
 
@@ -127,23 +147,25 @@ mod tests {
     fn a_wait_never_ends_before_its_instant() {
         let mut pacer = Pacer::start();
         for k in 1..=20 {
-            pacer.wait_until(SimTime::from_ns(k * 100_000));
-            assert!(now_ns() >= pacer.start_ns + k * 100_000);
+            let time = SimTime::from_ns(k * 100_000);
+            assert_eq!(pacer.wait_until(time, &StopFlag::new()), Waited::Due);
+            assert!(now_ns() >= pacer.due_ns(time));
         }
-        assert_eq!(pacer.lateness().waits, 20);
+        assert_eq!(pacer.lateness().waits(), 20);
     }
 
     #[test]
-    fn the_mean_and_the_maximum_are_those_of_the_delays() {
-        let mut lateness = Lateness::default();
-        assert!(lateness.mean_s().abs() < f64::EPSILON);
-        for late_ns in [1_000_000, 5_000_000, 0] {
-            lateness.record(late_ns == 0, late_ns);
-        }
-        assert_eq!((lateness.waits, lateness.behind), (3, 1));
-        // One rounding in each of three divisions.
-        assert!((lateness.mean_s() - 0.002).abs() < 1e-15);
-        assert!((lateness.max_s() - 0.005).abs() < 1e-15);
+    fn a_wait_of_centuries_can_be_stopped() {
+        let stop = StopFlag::new();
+        let waiting = {
+            let stop = stop.clone();
+            std::thread::spawn(move || {
+                let mut pacer = Pacer::start();
+                (pacer.wait_until(SimTime::from_ns(i64::MAX), &stop), pacer.lateness().waits())
+            })
+        };
+        stop.stop();
+        assert_eq!(waiting.join().unwrap(), (Waited::Stopped, 0));
     }
 
     proptest! {
@@ -151,10 +173,11 @@ mod tests {
         fn deadlines_keep_the_order_of_time(
             start_ns in 0..i64::MAX,
             (a, b) in any::<(i64, i64)>(),
+            speed in 1e-3..1e3,
         ) {
             let (early, late) = (a.min(b), a.max(b));
-            let early_ns = deadline_ns(start_ns, SimTime::from_ns(early));
-            let late_ns = deadline_ns(start_ns, SimTime::from_ns(late));
+            let early_ns = deadline_ns(start_ns, speed, SimTime::from_ns(early));
+            let late_ns = deadline_ns(start_ns, speed, SimTime::from_ns(late));
             prop_assert!(start_ns <= early_ns && early_ns <= late_ns);
             let spec = timespec(late_ns);
             prop_assert!((0..NS_PER_S).contains(&spec.tv_nsec));

@@ -2,24 +2,19 @@
 
 use crate::StopFlag;
 use crate::link::DeviceLink;
+use crate::pty::{Pair, has_unread_bytes, ignore_interruption};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::OwnedFd;
-use rustix::io::{Errno, ioctl_fionbio, ioctl_fionread};
-use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-use std::ffi::OsString;
+use rustix::io::Errno;
 use std::io;
-use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 
 /// How long a wait lasts before the stop flag is looked at again. Only how soon a cancelled run
 /// ends depends on it.
-const STOP_CHECK: Timespec = Timespec { tv_sec: 0, tv_nsec: 20_000_000 };
+pub(crate) const STOP_CHECK: Timespec = Timespec { tv_sec: 0, tv_nsec: 20_000_000 };
 /// How long draining waits between two looks: the kernel announces no "empty".
-const DRAIN_CHECK: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
-const NO_WAIT: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
+pub(crate) const DRAIN_CHECK: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
 /// Looks at an empty line that prove it empty, see [`VirtualPort::drain`].
-const EMPTY_LOOKS: u32 = 32;
+pub(crate) const EMPTY_LOOKS: u32 = 32;
 
 /// Why a virtual port could not be made or used.
 #[derive(Debug, thiserror::Error)]
@@ -35,8 +30,8 @@ pub enum VirtualPortError {
         source: io::Error,
     },
     /// The link to the port could not be made.
-    #[error("cannot make the link {}: {source}; choose another path in an existing directory \
-         that you may write", link.display())]
+    #[error("cannot make the link {}: {source}; give a free path in an existing directory that \
+         you may write", link.display())]
     Link {
         /** The link asked for. */
         link: PathBuf,
@@ -70,9 +65,7 @@ pub enum VirtualPortError {
 pub struct VirtualPort {
     // Before the descriptors: a link must be gone before its device number can be given again.
     links: Vec<DeviceLink>,
-    master: OwnedFd,
-    slave: OwnedFd,
-    path: PathBuf,
+    pair: Pair,
 }
 
 impl VirtualPort {
@@ -81,23 +74,25 @@ impl VirtualPort {
     /// # Errors
     /// [`VirtualPortError::Open`] when the system has no pseudo-terminal to give.
     pub fn open() -> Result<Self, VirtualPortError> {
-        open_pair().map_err(|errno| VirtualPortError::Open { source: errno.into() })
+        let pair =
+            Pair::open(None).map_err(|errno| VirtualPortError::Open { source: errno.into() })?;
+        Ok(Self { links: Vec::new(), pair })
     }
 
     /// The device node to open, such as `/dev/pts/3`.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.path
+        &self.pair.path
     }
 
-    /// Gives the device node a second, stable name: a symbolic link that replaces an older link
+    /// Gives the device node a second, stable name: a symbolic link that replaces a dangling one
     /// atomically and is removed with the port, unless it points elsewhere by then.
     ///
     /// # Errors
-    /// [`VirtualPortError::Link`] when something that is no symbolic link is in the way, or the
-    /// directory cannot be written.
+    /// [`VirtualPortError::Link`] when something else is in the way, a link to anything that
+    /// exists included, or the directory cannot be written.
     pub fn link_at(&mut self, link: &Path) -> Result<(), VirtualPortError> {
-        let made = DeviceLink::create(link, &self.path)
+        let made = DeviceLink::create(link, &self.pair.path)
             .map_err(|source| VirtualPortError::Link { link: link.to_owned(), source })?;
         self.links.push(made);
         Ok(())
@@ -112,7 +107,7 @@ impl VirtualPort {
     pub fn write_all(&mut self, bytes: &[u8], stop: &StopFlag) -> Result<(), VirtualPortError> {
         let mut done = 0;
         while done < bytes.len() {
-            match rustix::io::write(&self.master, &bytes[done..]) {
+            match rustix::io::write(&self.pair.master, &bytes[done..]) {
                 Ok(written) => done += written,
                 Err(Errno::INTR) => {}
                 Err(Errno::AGAIN) => self.wait_for(PollFlags::OUT, stop, done)?,
@@ -133,7 +128,7 @@ impl VirtualPort {
         stop: &StopFlag,
     ) -> Result<usize, VirtualPortError> {
         loop {
-            match rustix::io::read(&self.master, &mut *buffer) {
+            match rustix::io::read(&self.pair.master, &mut *buffer) {
                 Ok(received) => return Ok(received),
                 Err(Errno::INTR) => {}
                 Err(Errno::AGAIN) => self.wait_for(PollFlags::IN, stop, 0)?,
@@ -156,7 +151,7 @@ impl VirtualPort {
     pub fn drain(&mut self, stop: &StopFlag) -> Result<(), VirtualPortError> {
         let mut empty_looks = 0;
         while empty_looks < EMPTY_LOOKS {
-            if !self.has_unread_bytes().map_err(refused)? {
+            if !has_unread_bytes(&self.pair.slave).map_err(refused)? {
                 empty_looks += 1;
                 continue;
             }
@@ -167,15 +162,6 @@ impl VirtualPort {
             ignore_interruption(poll(&mut [], Some(&DRAIN_CHECK))).map_err(refused)?;
         }
         Ok(())
-    }
-
-    fn has_unread_bytes(&self) -> Result<bool, Errno> {
-        if ioctl_fionread(&self.slave)? > 0 {
-            return Ok(true);
-        }
-        // Unlike the count, this moves queued bytes along before it answers.
-        let mut readable = [PollFd::new(&self.slave, PollFlags::IN)];
-        Ok(ignore_interruption(poll(&mut readable, Some(&NO_WAIT)))? > 0)
     }
 
     /// Waits a while for `flags` on the master; the caller tries again in any case, so a lost
@@ -189,35 +175,12 @@ impl VirtualPort {
         if stop.is_stopped() {
             return Err(VirtualPortError::Stopped { done });
         }
-        let mut master = [PollFd::new(&self.master, flags)];
+        let mut master = [PollFd::new(&self.pair.master, flags)];
         ignore_interruption(poll(&mut master, Some(&STOP_CHECK))).map_err(refused)?;
         Ok(())
     }
 }
 
-fn refused(errno: Errno) -> VirtualPortError {
+pub(crate) fn refused(errno: Errno) -> VirtualPortError {
     VirtualPortError::Transfer { source: errno.into() }
-}
-
-/// An interrupted wait is answered like one that saw something: the caller looks again.
-fn ignore_interruption(outcome: Result<usize, Errno>) -> Result<usize, Errno> {
-    match outcome {
-        Err(Errno::INTR) => Ok(1),
-        other => other,
-    }
-}
-
-fn open_pair() -> Result<VirtualPort, Errno> {
-    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-    let master = openpt(flags)?;
-    grantpt(&master)?;
-    unlockpt(&master)?;
-    let name = ptsname(&master, Vec::new())?;
-    let slave = ioctl_tiocgptpeer(&master, flags)?;
-    let mut termios = tcgetattr(&slave)?;
-    termios.make_raw();
-    tcsetattr(&slave, OptionalActions::Now, &termios)?;
-    ioctl_fionbio(&master, true)?;
-    let path = PathBuf::from(OsString::from_vec(name.into_bytes()));
-    Ok(VirtualPort { links: Vec::new(), master, slave, path })
 }

@@ -276,28 +276,33 @@ fn a_port_is_opened_by_its_link_and_the_link_goes_with_it() {
 }
 
 #[test]
-fn a_link_taken_over_by_another_port_is_left_alone() {
+fn a_link_pointed_elsewhere_meanwhile_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("vg910d");
     let mut old = VirtualPort::open().unwrap();
-    let mut new = VirtualPort::open().unwrap();
+    let new = VirtualPort::open().unwrap();
     old.link_at(&link).unwrap();
-    new.link_at(&link).unwrap();
+    fs::remove_file(&link).unwrap();
+    symlink(new.path(), &link).unwrap();
     drop(old);
     assert_eq!(fs::read_link(&link).unwrap(), new.path());
 }
 
 #[test]
-fn a_link_replaces_nothing_but_links() {
+fn a_link_replaces_nothing_but_dangling_links() {
     let folder = tempfile::tempdir().unwrap();
     let mut port = VirtualPort::open().unwrap();
     let file = folder.path().join("precious");
     fs::write(&file, "text").unwrap();
-    for path in [file.as_path(), folder.path(), &folder.path().join("no/such/folder"), "/".as_ref()]
-    {
+    let other = VirtualPort::open().unwrap();
+    let taken = folder.path().join("taken");
+    symlink(other.path(), &taken).unwrap();
+    let missing = folder.path().join("no/such/folder");
+    for path in [file.as_path(), &taken, folder.path(), &missing, "/".as_ref()] {
         let error = port.link_at(path).unwrap_err();
         assert!(matches!(error, VirtualPortError::Link { .. }), "{error:?}");
     }
     assert_eq!(fs::read(&file).unwrap(), b"text");
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something was left behind");
+    assert_eq!(fs::read_link(&taken).unwrap(), other.path());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "something was left behind");
 }
