@@ -12,15 +12,19 @@
 //! **Architecture Invariant:** what passes does not depend on the clock. The writer waits for the
 //! reader; lateness is measured and reported and decides nothing.
 
+mod host_clock;
 mod link;
 mod model;
 mod pacer;
 mod port;
+mod ports;
 mod reader;
 mod stop;
 
+pub use host_clock::MonotonicClock;
 pub use model::{Bridge, LineModel, LineSettings};
 pub use pacer::{Lateness, Pacer};
 pub use port::{VirtualPort, VirtualPortError};
+pub use ports::{PortAccess, PortInfo, PortKind, link_directory, port_at, ports};
 pub use reader::{LineError, ReadOutcome, SerialReader};
 pub use stop::StopFlag;
