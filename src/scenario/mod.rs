@@ -22,7 +22,7 @@ use struna_settings::{Result, SettingsError, Table};
 use struna_wire::FrameSpec;
 
 /// Frame layouts that ship with the program, by the name a scenario calls them.
-const SHIPPED_FRAMES: [(&str, &str); 1] =
+pub(crate) const SHIPPED_FRAMES: [(&str, &str); 1] =
     [("struna/vg910d@1", include_str!("../../frames/vg910d.toml"))];
 
 /// A run that lasts longer than this is a typing error.
