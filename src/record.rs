@@ -89,10 +89,7 @@ pub fn write_csv_names<'a>(
 ///
 /// # Errors
 /// What `out` says.
-pub fn write_csv_row(
-    values: impl IntoIterator<Item = f64>,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+pub fn write_csv_row(values: impl IntoIterator<Item = f64>, out: &mut dyn Write) -> io::Result<()> {
     for (k, value) in values.into_iter().enumerate() {
         write!(out, "{}{value:?}", if k == 0 { "" } else { "," })?;
     }

@@ -4,7 +4,10 @@
 
 mod compare;
 mod fmu;
+mod hil;
+mod ports;
 mod run;
+mod screen;
 mod truth;
 
 use crate::cli::{Cli, Command};
@@ -46,6 +49,8 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         }
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
+        Command::Hil(args) => hil::execute(&args),
+        Command::Ports(args) => ports::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
     }
 }

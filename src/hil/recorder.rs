@@ -121,8 +121,7 @@ impl<'a> Recorder<'a> {
         } else {
             None
         };
-        let figures =
-            Figures { estimates: Vec::with_capacity(names.len()), ..Figures::default() };
+        let figures = Figures { estimates: Vec::with_capacity(names.len()), ..Figures::default() };
         Ok(Self {
             record,
             events,
@@ -209,12 +208,10 @@ impl LiveObserver for Recorder<'_> {
         self.figures.estimates.extend_from_slice(estimates);
         let over_range = f64::from(u8::from(sample.over_range));
         let common = [sample.time.as_s(), sample.rate_rad_s, over_range, sample.lost_before as f64];
-        let of = |e: &AngleEstimate| {
-            [e.angle_rad, e.rate_rad_s, e.angle_sigma_rad, e.rate_sigma_rad_s]
-        };
+        let of =
+            |e: &AngleEstimate| [e.angle_rad, e.rate_rad_s, e.angle_sigma_rad, e.rate_sigma_rad_s];
         let row = common.into_iter().chain(estimates.iter().flat_map(of));
-        let written =
-            write_csv_row(row, self.record.entries()).and_then(|()| self.record.settle());
+        let written = write_csv_row(row, self.record.entries()).and_then(|()| self.record.settle());
         self.note(RECORD, written);
     }
 

@@ -28,8 +28,8 @@ const REFINEMENT_SAMPLES: u32 = 100;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
     schema: String,
-    /// The frame file's text.
-    pub frame_toml: String,
+    /// The frame file's text; the scenario's frame, without.
+    pub frame_toml: Option<String>,
     /// The scenario, if one was given.
     pub scenario: Option<ScenarioText>,
     /// Names of the estimators; all there are, when empty.
@@ -67,13 +67,13 @@ pub struct Plan {
 }
 
 impl Setup {
-    /// The defaults for frames of `frame_toml`.
+    /// The defaults for a frame file's text or a scenario; a run needs one of them.
     #[must_use]
-    pub fn new(frame_toml: String) -> Self {
+    pub fn new(frame_toml: Option<String>, scenario: Option<ScenarioText>) -> Self {
         Self {
             schema: SCHEMA.to_owned(),
             frame_toml,
-            scenario: None,
+            scenario,
             estimators: Vec::new(),
             averaging_samples: None,
             torsion_period_s: None,
@@ -112,10 +112,14 @@ impl Setup {
     /// # Errors
     /// When a file does not parse, an estimator is not known, or a number is out of its range.
     pub fn plan(&self) -> Result<Plan> {
-        let frame = FrameSpec::from_toml(&self.frame_toml)?;
         let scenario = match &self.scenario {
             Some(ScenarioText { path, text }) => Some(Scenario::parse(text, path)?),
             None => None,
+        };
+        let frame = match (&self.frame_toml, &scenario) {
+            (Some(text), _) => FrameSpec::from_toml(text)?,
+            (None, Some(scenario)) => scenario.frame.clone(),
+            (None, None) => bail!("name a frame with --frame, or a --scenario that has one"),
         };
         let latency_ok = self.latency_s.abs() <= LATENCY_S_MAX;
         ensure!(latency_ok, "a latency of {} s is none: at most {LATENCY_S_MAX} s", self.latency_s);
@@ -223,7 +227,7 @@ mod tests {
     use super::*;
 
     fn setup() -> Setup {
-        Setup::new(frame_text("struna/vg910d@1").unwrap())
+        Setup::new(Some(frame_text("struna/vg910d@1").unwrap()), None)
     }
 
     #[test]
@@ -248,8 +252,10 @@ mod tests {
     fn a_scenario_gives_its_estimators_and_its_averaging() {
         let text = include_str!("../../scenarios/demo.toml").to_owned();
         let scenario = Some(ScenarioText { path: PathBuf::from("demo.toml"), text });
-        let plan = Setup { scenario, ..setup() }.plan().unwrap();
+        let plan = Setup::new(None, scenario).plan().unwrap();
         assert_eq!((plan.estimators.len(), plan.averaging_samples), (3, 3));
+        assert_eq!(plan.frame.name(), "struna/vg910d@1", "the scenario's own");
+        assert!(Setup::new(None, None).plan().is_err());
     }
 
     #[test]

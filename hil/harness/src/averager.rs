@@ -179,9 +179,8 @@ mod tests {
         for k in 0..300_u64 {
             // A period of 10/3 ms whose phase jumps to and fro by 1 ms with every sample.
             let phase_ns = if k % 2 == 0 { 0 } else { 1_000_000 };
-            let times = |instant: u64| {
-                SimTime::from_ns(instant.cast_signed() * 10_000_000 / 3 + phase_ns)
-            };
+            let times =
+                |instant: u64| SimTime::from_ns(instant.cast_signed() * 10_000_000 / 3 + phase_ns);
             averager.add_timed(k, 1.0, false, &times, &mut |sample| out.push(*sample));
         }
         assert_eq!(out.len(), 100);

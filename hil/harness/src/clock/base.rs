@@ -278,9 +278,7 @@ impl TimeBase {
         }
         let line = self.line;
         if let Some(newest) = self.blocks.back_mut()
-            && line.is_none_or(|line| {
-                lateness_ns <= line.lateness_ns(newest.index, newest.time_ns)
-            })
+            && line.is_none_or(|line| lateness_ns <= line.lateness_ns(newest.index, newest.time_ns))
         {
             *newest = arrival;
         }

@@ -133,13 +133,7 @@ fn inferred(late_periods: f64) -> (u64, Basis) {
 }
 
 /// With a counter, which says `step` up to whole turns.
-fn by_counter(
-    heard: &Heard,
-    last: Last,
-    step: u64,
-    modulus: u64,
-    base: &TimeBase,
-) -> (u64, Basis) {
+fn by_counter(heard: &Heard, last: Last, step: u64, modulus: u64, base: &TimeBase) -> (u64, Basis) {
     let period_s = base.period_s();
     let passed_s = heard.arrival.seconds_since(last.arrival);
     let silent_s = heard.silent_until.map_or(0.0, |until| until.seconds_since(last.arrival));

@@ -1,8 +1,6 @@
 //! Listening to a port that may go and come back.
 
-use super::{
-    ByteSource, HostClock, LineInput, LiveEvent, LiveObserver, LivePipeline, SourceRead,
-};
+use super::{ByteSource, HostClock, LineInput, LiveEvent, LiveObserver, LivePipeline, SourceRead};
 use crate::PipelineError;
 use struna_kernel::SimTime;
 

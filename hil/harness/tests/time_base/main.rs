@@ -33,8 +33,7 @@ fn sliding(case: &Case, samples: &[Sample], window_s: f64) -> Sliding {
     let settle = SimTime::from_s(window_s.min(5.0) * 0.9).unwrap();
     let settings = TimeBaseSettings::new(case.period_s(), 0.03);
     let mut base = TimeBase::new(TimeBaseSettings { window, settle, ..settings });
-    let mut found =
-        Sliding { errors_s: Vec::new(), skew_error_max_ppm: 0.0, skew_sigmas_max: 0.0 };
+    let mut found = Sliding { errors_s: Vec::new(), skew_error_max_ppm: 0.0, skew_sigmas_max: 0.0 };
     for s in samples {
         base.observe(s.index, s.arrival);
         if s.taken_s < WARM_S {
@@ -53,7 +52,9 @@ fn sliding(case: &Case, samples: &[Sample], window_s: f64) -> Sliding {
 
 #[test]
 fn the_table() {
-    println!("| case | arrival | OLS | hull 120 s | Olson | loop | W=5 | W=20 | W=60 | skew W=60 | sig |");
+    println!(
+        "| case | arrival | OLS | hull 120 s | Olson | loop | W=5 | W=20 | W=60 | skew W=60 | sig |"
+    );
     for case in &CASES {
         let samples = case.samples(RUN_S, 7);
         let warm = samples.iter().filter(|s| s.taken_s >= WARM_S).copied().collect::<Vec<_>>();

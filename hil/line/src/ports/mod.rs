@@ -72,7 +72,8 @@ pub fn ports(directories: &[PathBuf]) -> Vec<PortInfo> {
     for port in serialport::available_ports().unwrap_or_default() {
         let device = PathBuf::from(port.port_name);
         let name = stable.get(&device).unwrap_or(&device).clone();
-        let port = PortInfo { access: access::of(&device), kind: kind(port.port_type), name, device };
+        let port =
+            PortInfo { access: access::of(&device), kind: kind(port.port_type), name, device };
         found.insert(port.name.clone(), port);
     }
     for directory in link_directory().iter().chain(directories) {
