@@ -54,6 +54,21 @@ Rows are matched by time; one file may have more of them. The attitude is compar
 An hour at rest gives angle random walk and bias instability; a minute only the former. Each
 coefficient comes with an interval, with a bound, or with the reason why there is none.")]
     Characterize(Box<Characterize>),
+    /// Run the estimators on a gyro at a serial port, real or virtual
+    #[command(after_help = "Examples:
+  struna hil --port /dev/ttyUSB0 --frame struna/vg910d@1
+  struna hil --port auto --frame frames/mine.toml --duration 480 --period-s 480 --angle-start-deg 360
+  struna hil --port $XDG_RUNTIME_DIR/struna/vg910d --scenario scenarios/demo.toml --out out/monday
+  struna hil --replay out/monday --averaging 15
+
+Writes record.csv, events.csv, report.json, and the bytes as they came (raw.bin, raw.csv). A port that
+is unplugged is opened again when it comes back. Ctrl-C ends the run; what came until then is kept.")]
+    Hil(Box<Hil>),
+    /// List the serial ports, real and virtual
+    #[command(after_help = "Examples:
+  struna ports
+  struna ports --dir /tmp/gyros --json")]
+    Ports(Ports),
     /// Build or list the FMUs
     #[command(
         subcommand,
@@ -176,6 +191,66 @@ pub struct Characterize {
 
 fn samples(text: &str) -> Result<usize, &'static str> {
     text.parse().ok().filter(|number| *number > 0).ok_or("write a whole number of at least 1")
+}
+
+/// Arguments of `struna hil`.
+#[derive(Debug, Args)]
+pub struct Hil {
+    /// Serial port: a device, a link to one, or `auto` for the one that speaks the frame
+    #[arg(long, value_name = "PATH", required_unless_present = "replay")]
+    pub port: Option<PathBuf>,
+    /// Frame layout: a shipped name or a .toml file [default: the scenario's]
+    #[arg(long, value_name = "FRAME")]
+    pub frame: Option<String>,
+    /// Estimator to run, by name; may be given several times [default: all there are]
+    #[arg(long = "estimator", value_name = "NAME")]
+    pub estimators: Vec<String>,
+    /// Scenario whose estimators, averaging and frame are taken [default: integration and rotation]
+    #[arg(long, value_name = "SCENARIO.toml")]
+    pub scenario: Option<PathBuf>,
+    /// Folder for the results [default: out/hil, or replay in the replayed folder]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Baud rate [default: the frame's]
+    #[arg(long, value_name = "N")]
+    pub baud: Option<u32>,
+    /// End after so many seconds [default: at Ctrl-C]
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub duration: Option<f64>,
+    /// Gyro samples averaged into one [default: the scenario's, or to at most 100 Hz]
+    #[arg(long, value_name = "M")]
+    pub averaging: Option<u64>,
+    /// Period of the torsional oscillation, s: adds the filter that knows it
+    #[arg(long, value_name = "T", value_parser = positive, conflicts_with = "scenario")]
+    pub period_s: Option<f64>,
+    /// Angle at the start, deg
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, conflicts_with = "scenario")]
+    pub angle_start_deg: Option<f64>,
+    /// Constant delay from sample to arrival, which no arrival can show, microseconds
+    #[arg(long, value_name = "US", allow_negative_numbers = true)]
+    pub latency_us: Option<f64>,
+    /// End with an error when no good frame comes within two seconds
+    #[arg(long)]
+    pub strict: bool,
+    /// Decode the bytes of an earlier run again
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["port", "baud", "duration", "strict"])]
+    pub replay: Option<PathBuf>,
+}
+
+fn positive(text: &str) -> Result<f64, &'static str> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or("write a number greater than 0")
+}
+
+/// Arguments of `struna ports`.
+#[derive(Debug, Args)]
+pub struct Ports {
+    /// Directory with further links to virtual ports; may be given several times
+    #[arg(long = "dir", value_name = "DIR")]
+    pub directories: Vec<PathBuf>,
+    /// Write JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// FMU commands.

@@ -12,6 +12,7 @@ pub mod commands;
 pub mod compare;
 pub mod figure;
 pub mod fmu;
+pub mod hil;
 pub mod in_process;
 pub mod output;
 pub mod progress;

@@ -60,18 +60,40 @@ impl Record {
     /// # Errors
     /// What `out` says.
     pub fn write_csv(&self, out: &mut dyn Write) -> io::Result<()> {
-        for (k, column) in self.columns.iter().enumerate() {
-            write!(out, "{}\"{}\"", if k == 0 { "" } else { "," }, column.name)?;
-        }
-        writeln!(out)?;
-        for row in 0..self.rows() {
-            for (k, column) in self.columns.iter().enumerate() {
-                write!(out, "{}{:?}", if k == 0 { "" } else { "," }, column.values[row])?;
-            }
-            writeln!(out)?;
-        }
-        Ok(())
+        write_csv_names(self.columns.iter().map(|column| column.name.as_str()), out)?;
+        (0..self.rows()).try_for_each(|row| {
+            write_csv_row(self.columns.iter().map(|column| column.values[row]), out)
+        })
     }
+}
+
+/// Names of the signals that each estimator has in a record.
+pub const ESTIMATOR_SIGNALS: [&str; 4] =
+    ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s"];
+
+/// The first line of a record.
+///
+/// # Errors
+/// What `out` says.
+pub fn write_csv_names<'a>(
+    names: impl IntoIterator<Item = &'a str>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    for (k, name) in names.into_iter().enumerate() {
+        write!(out, "{}\"{name}\"", if k == 0 { "" } else { "," })?;
+    }
+    writeln!(out)
+}
+
+/// Any other line of a record.
+///
+/// # Errors
+/// What `out` says.
+pub fn write_csv_row(values: impl IntoIterator<Item = f64>, out: &mut dyn Write) -> io::Result<()> {
+    for (k, value) in values.into_iter().enumerate() {
+        write!(out, "{}{value:?}", if k == 0 { "" } else { "," })?;
+    }
+    writeln!(out)
 }
 
 #[cfg(test)]

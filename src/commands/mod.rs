@@ -6,7 +6,10 @@ mod characterize;
 mod compare;
 mod fmu;
 mod gyro;
+mod hil;
+mod ports;
 mod run;
+mod screen;
 mod truth;
 
 use crate::cli::{Cli, Command};
@@ -50,6 +53,8 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
         Command::Characterize(args) => characterize::execute(&args),
+        Command::Hil(args) => hil::execute(&args),
+        Command::Ports(args) => ports::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
         Command::Gyro(command) => gyro::execute(&command),
     }

@@ -23,7 +23,7 @@ use struna_settings::{Result, SettingsError, Table};
 use struna_wire::FrameSpec;
 
 /// Frame layouts that ship with the program, by the name a scenario calls them.
-const SHIPPED_FRAMES: [(&str, &str); 2] = [
+pub(crate) const SHIPPED_FRAMES: [(&str, &str); 2] = [
     ("struna/vg910d@1", include_str!("../../frames/vg910d.toml")),
     ("struna/adis16100@1", include_str!("../../frames/adis16100.toml")),
 ];

@@ -1,6 +1,6 @@
 //! From decoded gyro samples to the averaged rate that estimators are given.
 
-use struna_kernel::{RateSample, SampleGrid};
+use struna_kernel::{RateSample, SampleGrid, SimTime};
 
 /// Averages fixed groups of consecutive gyro samples.
 ///
@@ -20,6 +20,8 @@ pub struct Averager {
     /// Index that the next gyro sample should have.
     expected: u64,
     lost: u64,
+    /// End of the last average.
+    closed: SimTime,
 }
 
 /// Averaging over no sample at all.
@@ -46,6 +48,7 @@ impl Averager {
             over_range: false,
             expected,
             lost,
+            closed: grid.time_of(0),
         })
     }
 
@@ -59,11 +62,28 @@ impl Averager {
         over_range: bool,
         sink: &mut impl FnMut(&RateSample),
     ) {
+        let grid = self.grid;
+        self.add_timed(index, rate_rad_s, over_range, &|instant| grid.time_of(instant), sink);
+    }
+
+    /// As [`Self::add`], with instants from `times` in place of the grid: those of a live gyro's
+    /// own clock, which moves a little with all that is learned about it.
+    ///
+    /// An average starts exactly where the one before ended, unless more than half a nominal
+    /// period lies between them; so a clock that moves makes neither small gaps nor overlaps.
+    pub fn add_timed(
+        &mut self,
+        index: u64,
+        rate_rad_s: f64,
+        over_range: bool,
+        times: &impl Fn(u64) -> SimTime,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
         if index < self.expected {
             return;
         }
         if index / self.per_output > self.group {
-            self.close(sink);
+            self.close(times, sink);
             self.group = index / self.per_output;
         }
         self.lost += index - self.expected;
@@ -72,19 +92,24 @@ impl Averager {
         self.count += 1;
         self.over_range |= over_range;
         if self.expected.is_multiple_of(self.per_output) {
-            self.close(sink);
+            self.close(times, sink);
             self.group += 1;
         }
     }
 
     /// Hands out the average of the current group, if anything of it arrived.
-    fn close(&mut self, sink: &mut impl FnMut(&RateSample)) {
+    fn close(&mut self, times: &impl Fn(u64) -> SimTime, sink: &mut impl FnMut(&RateSample)) {
         if self.count == 0 {
             return;
         }
+        let begin = times(self.group * self.per_output);
+        let is_gap = begin.seconds_since(self.closed) > 0.5 * self.grid.period_s();
+        let from = if is_gap { begin } else { self.closed };
+        let time = times((self.group + 1) * self.per_output).max(from);
+        self.closed = time;
         sink(&RateSample {
-            from: self.grid.time_of(self.group * self.per_output),
-            time: self.grid.time_of((self.group + 1) * self.per_output),
+            from,
+            time,
             rate_rad_s: self.sum_rad_s / self.count as f64,
             over_range: self.over_range,
             lost_before: self.lost,
@@ -145,6 +170,21 @@ mod tests {
         assert_eq!(out[1].lost_before, 6);
         let gap_s = out[1].from.seconds_since(out[0].time);
         assert_eq!(gap_s, 0.02);
+    }
+
+    #[test]
+    fn a_clock_that_moves_makes_neither_gaps_nor_overlaps() {
+        let mut averager = averager(3);
+        let mut out: Vec<RateSample> = Vec::new();
+        for k in 0..300_u64 {
+            // A period of 10/3 ms whose phase jumps to and fro by 1 ms with every sample.
+            let phase_ns = if k % 2 == 0 { 0 } else { 1_000_000 };
+            let times =
+                |instant: u64| SimTime::from_ns(instant.cast_signed() * 10_000_000 / 3 + phase_ns);
+            averager.add_timed(k, 1.0, false, &times, &mut |sample| out.push(*sample));
+        }
+        assert_eq!(out.len(), 100);
+        assert!(out.windows(2).all(|pair| pair[0].time == pair[1].from && pair[1].span_s() > 0.0));
     }
 
     #[test]

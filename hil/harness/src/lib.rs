@@ -8,13 +8,19 @@
 //! **Architecture Invariant:** estimators are met only through [`DeviceUnderTest`]; nothing here
 //! can name one.
 //!
+//! For a line that is really there, [`live`] takes the place of the run and of the emulator, and
+//! [`clock`] finds from arrival times how fast the gyro's own clock runs.
+//!
 //! **Architecture Invariant:** truth reaches observers beside the line, never devices. Time is the
-//! gyro's sample counter; no arrival time enters a result.
+//! gyro's sample counter; in a run no arrival time enters a result, and of a live line they enter
+//! through [`clock::TimeBase`] alone, as numbers that a replay gives again.
 
 mod averager;
+pub mod clock;
 mod device;
 mod emulator;
 mod fmu_device;
+pub mod live;
 mod pipeline;
 mod run;
 mod source;

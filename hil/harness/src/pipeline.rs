@@ -7,7 +7,7 @@ use struna_wire::{Counters, Decoder, FieldSpec, Frame, FrameSpec, Unit};
 /// Where a frame layout keeps the rate and its status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GyroChannel {
-    rate: usize,
+    pub(crate) rate: usize,
     valid: Option<usize>,
     over_range: Option<usize>,
 }
@@ -41,11 +41,11 @@ impl GyroChannel {
         Ok(Self { rate, valid, over_range })
     }
 
-    fn is_valid(&self, frame: &Frame) -> bool {
+    pub(crate) fn is_valid(&self, frame: &Frame) -> bool {
         self.valid.is_none_or(|flag| frame.flag(flag))
     }
 
-    fn is_over_range(&self, frame: &Frame) -> bool {
+    pub(crate) fn is_over_range(&self, frame: &Frame) -> bool {
         self.over_range.is_some_and(|flag| frame.flag(flag))
     }
 }
@@ -77,10 +77,10 @@ pub struct Pipeline {
 }
 
 /// The devices and what they made of the last sample.
-struct Devices {
+pub(crate) struct Devices {
     under_test: Vec<Box<dyn DeviceUnderTest>>,
     estimates: Vec<AngleEstimate>,
-    outputs: u64,
+    pub(crate) outputs: u64,
     failure: Option<DeviceError>,
 }
 
@@ -101,8 +101,7 @@ impl Pipeline {
         under_test: Vec<Box<dyn DeviceUnderTest>>,
     ) -> Result<Self, PipelineError> {
         let channel = GyroChannel::find(&frame)?;
-        let estimates = Vec::with_capacity(under_test.len());
-        let devices = Devices { under_test, estimates, outputs: 0, failure: None };
+        let devices = Devices::new(under_test);
         let rate_field = frame.fields()[channel.rate].clone();
         let decoder = Decoder::new(frame);
         Ok(Self { decoder, channel, rate_field, averager, devices, over_range: 0, not_valid: 0 })
@@ -131,7 +130,7 @@ impl Pipeline {
                 devices.step(sample, sink);
             });
         });
-        devices.failure.take().map_or(Ok(()), |failure| Err(failure.into()))
+        devices.outcome()
     }
 
     /// Baud rate that the layout declares for its line.
@@ -157,7 +156,21 @@ impl Pipeline {
 }
 
 impl Devices {
-    fn step(&mut self, sample: &RateSample, sink: &mut dyn FnMut(&RateSample, &[AngleEstimate])) {
+    pub(crate) fn new(under_test: Vec<Box<dyn DeviceUnderTest>>) -> Self {
+        let estimates = Vec::with_capacity(under_test.len());
+        Self { under_test, estimates, outputs: 0, failure: None }
+    }
+
+    /// The failure that made the devices stop, told once.
+    pub(crate) fn outcome(&mut self) -> Result<(), PipelineError> {
+        self.failure.take().map_or(Ok(()), |failure| Err(failure.into()))
+    }
+
+    pub(crate) fn step(
+        &mut self,
+        sample: &RateSample,
+        sink: &mut dyn FnMut(&RateSample, &[AngleEstimate]),
+    ) {
         if self.failure.is_some() {
             return;
         }

@@ -17,11 +17,13 @@
 
 mod device;
 mod lateness;
+mod host_clock;
 mod link;
 mod model;
 mod pacer;
 mod port;
 mod pty;
+mod ports;
 mod reader;
 mod realtime;
 mod receiver;
@@ -29,9 +31,11 @@ mod stop;
 
 pub use device::{Client, DevicePort, DeviceSettings, PortCounts};
 pub use lateness::{Delays, Lateness};
+pub use host_clock::MonotonicClock;
 pub use model::{Bridge, LineModel, LineSettings};
 pub use pacer::{Pacer, Waited, monotonic_ns};
 pub use port::{VirtualPort, VirtualPortError};
+pub use ports::{PortAccess, PortInfo, PortKind, link_directory, port_at, ports};
 pub use reader::{LineError, ReadOutcome, SerialReader};
 pub use realtime::RealTime;
 pub use receiver::{CharacterFormat, Parity, ReceiverErrors, UartReceiver};

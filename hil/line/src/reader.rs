@@ -1,6 +1,7 @@
 //! The bench's end of a serial line, virtual or real.
 
-use serialport::{DataBits, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
+use crate::ports::{group_with_access, ports};
+use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ pub enum LineError {
     NotFound {
         /** The port asked for. */
         path: PathBuf,
-        /** USB serial ports that are there. */
+        /** Ports that are there. */
         present: Vec<PathBuf>,
     },
     /// Somebody else has it.
@@ -30,11 +31,12 @@ pub enum LineError {
         path: PathBuf,
     },
     /// The user may not open it.
-    #[error("not allowed to open {}; join the group that owns it (often `dialout`) and log in \
-         again", path.display())]
+    #[error("not allowed to open {}; {}", path.display(), joining(group.as_deref()))]
     PermissionDenied {
         /** The port asked for. */
         path: PathBuf,
+        /** The group that may open it, if one may. */
+        group: Option<String>,
     },
     /// It exists but is not a serial port, or it does not take the settings.
     #[error("{} does not work as a serial port at {baud} baud: {reason}; check path and baud \
@@ -105,15 +107,24 @@ impl SerialReader {
             .open()
             .map_err(|error| match error.kind {
                 ErrorKind::Io(io::ErrorKind::NotFound) => {
-                    LineError::NotFound { path: path.to_owned(), present: usb_ports() }
+                    LineError::NotFound { path: path.to_owned(), present: present() }
                 }
                 ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
-                    LineError::PermissionDenied { path: path.to_owned() }
+                    let group = group_with_access(path);
+                    LineError::PermissionDenied { path: path.to_owned(), group }
                 }
                 ErrorKind::NoDevice => LineError::Busy { path: path.to_owned() },
                 _ => refused(&error.description),
             })?;
         Ok(Self { port, path: path.to_owned() })
+    }
+
+    /// Throws away what has arrived and was not read yet: bytes of the time before.
+    ///
+    /// # Errors
+    /// [`LineError::Vanished`] when the port has gone.
+    pub fn flush(&mut self) -> Result<(), LineError> {
+        self.port.clear(ClearBuffer::Input).map_err(|error| self.vanished(&error.description))
     }
 
     /// The path it was opened by.
@@ -150,25 +161,24 @@ impl SerialReader {
 
 fn remedy_of(present: &[PathBuf]) -> String {
     if present.is_empty() {
-        return "no USB serial port is present: plug the device in or start the emulator"
-            .to_owned();
+        return "no serial port is present: plug the device in or start the emulator".to_owned();
     }
     let names: Vec<_> = present.iter().map(|path| path.display().to_string()).collect();
     format!("present are: {}", names.join(", "))
 }
 
-/// The USB serial ports of this machine, as Linux names them.
-fn usb_ports() -> Vec<PathBuf> {
-    let Ok(devices) = std::fs::read_dir("/dev") else { return Vec::new() };
-    let is_usb = |path: &PathBuf| {
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        name.starts_with("ttyUSB") || name.starts_with("ttyACM")
-    };
-    let mut found: Vec<_> =
-        devices.filter_map(|entry| Some(entry.ok()?.path())).filter(is_usb).collect();
-    found.sort();
-    found.truncate(MAX_LISTED);
-    found
+fn joining(group: Option<&str>) -> String {
+    match group {
+        Some(group) => format!(
+            "its group is `{group}`: join it with `sudo usermod -aG {group} $USER` and log in again"
+        ),
+        None => "its owner lets nobody else in: ask for it with `sudo chmod`".to_owned(),
+    }
+}
+
+/// The ports of this machine by name.
+fn present() -> Vec<PathBuf> {
+    ports(&[]).into_iter().map(|port| port.name).take(MAX_LISTED).collect()
 }
 
 #[cfg(test)]
@@ -184,7 +194,9 @@ mod tests {
             error.to_string(),
             "no port /dev/ttyUSB9; present are: /dev/ttyACM0, /dev/ttyUSB0"
         );
-        let error = LineError::NotFound { path, present: Vec::new() };
+        let error = LineError::NotFound { path: path.clone(), present: Vec::new() };
         assert!(error.to_string().ends_with("plug the device in or start the emulator"));
+        let error = LineError::PermissionDenied { path, group: Some("dialout".to_owned()) };
+        assert!(error.to_string().contains("sudo usermod -aG dialout $USER"), "{error}");
     }
 }
