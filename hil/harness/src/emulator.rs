@@ -1,7 +1,8 @@
 //! Everything left of the line: motion, gyro, encoder. Bytes out, and the truth beside them.
 
+use crate::fault::{Dispatch, FaultRecord, Injector};
 use crate::{MotionSource, Reference, SourceError};
-use struna_gyro::Gyro;
+use struna_gyro::{Gyro, Upset};
 use struna_kernel::{GyroReading, SampleGrid, SimTime};
 use struna_wire::{EncodeError, Encoder, FieldSpec, FrameSpec};
 
@@ -77,6 +78,8 @@ pub struct Emulator {
     encoder: Encoder,
     layout: Layout,
     raw: Vec<i64>,
+    frame: Vec<u8>,
+    injector: Option<Injector>,
     before: Option<Reference>,
     report: EmulatorReport,
 }
@@ -103,7 +106,21 @@ impl Emulator {
         let raw = vec![0; frame.fields().len()];
         let encoder = Encoder::new(frame);
         let (sampling, report) = (Sampling::default(), EmulatorReport::default());
-        Ok(Self { source, gyro, grid, sampling, encoder, layout, raw, before: None, report })
+        let frame = Vec::with_capacity(frame.frame_len());
+        let (injector, before) = (None, None);
+        Ok(Self {
+            source,
+            gyro,
+            grid,
+            sampling,
+            encoder,
+            layout,
+            raw,
+            frame,
+            injector,
+            before,
+            report,
+        })
     }
 
     /// The same emulator, sampling as `sampling` says.
@@ -112,20 +129,50 @@ impl Emulator {
         Self { sampling, ..self }
     }
 
+    /// The same emulator, with the faults of `injector`.
+    #[must_use]
+    pub fn with_faults(self, injector: Injector) -> Self {
+        Self { injector: Some(injector), ..self }
+    }
+
+    /// What has been injected so far.
+    #[must_use]
+    pub fn fault_records(&self) -> &[FaultRecord] {
+        self.injector.as_ref().map_or(&[], Injector::records)
+    }
+
     /// Instant at which the next frame is complete.
     #[must_use]
     pub fn next_time(&self) -> SimTime {
         self.grid.time_of(self.encoder.next_index() + 1)
     }
 
-    /// Appends the next frame to `out`; returns the motion at its instant.
+    /// Appends the next frame, or what faults leave of it, to `out`; returns the motion at its
+    /// instant. Faults of time alone leave no trace here.
     ///
     /// # Errors
     /// [`EmulatorError`] when the motion cannot be carried on; nothing was appended then.
     pub fn emit(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
+        self.emit_to(&mut |dispatch| {
+            if let Dispatch::Bytes { bytes, .. } = dispatch {
+                out.extend_from_slice(bytes);
+            }
+        })
+    }
+
+    /// Hands the next frame, or what faults leave of it, to `sink` with the instant at which it may
+    /// leave; returns the motion at the sample's instant.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] when the motion cannot be carried on; nothing was handed over then.
+    pub fn emit_to(
+        &mut self,
+        sink: &mut dyn FnMut(Dispatch<'_>),
+    ) -> Result<Reference, EmulatorError> {
+        let index = self.encoder.next_index();
         let before = match self.before {
             Some(before) => before,
-            None => self.source.reference_at(self.grid.time_of(self.encoder.next_index()))?,
+            None => self.source.reference_at(self.grid.time_of(index))?,
         };
         let now = self.source.reference_at(self.next_time())?;
         let rate_rad_s = match self.sampling {
@@ -135,21 +182,47 @@ impl Emulator {
             }
             Sampling::Instantaneous => now.input_rate_rad_s,
         };
-        let reading = self.gyro.sample(rate_rad_s);
+        let upset = match &mut self.injector {
+            Some(injector) => injector.begin(index, now.time),
+            None => Upset::default(),
+        };
+        let reading = self.gyro.sample_upset(rate_rad_s, &upset);
         self.layout.fill(&reading, &mut self.raw);
-        let length = out.len();
-        self.encoder.encode(&self.raw, out)?;
+        self.frame.clear();
+        self.encoder.encode(&self.raw, &mut self.frame)?;
         self.before = Some(now);
         self.report.frames += 1;
-        self.report.bytes += (out.len() - length) as u64;
         self.report.saturated += u64::from(reading.flags.over_range);
+        let sent = &mut self.report.bytes;
+        let mut sink = counted(sent, sink);
+        match &mut self.injector {
+            Some(injector) => injector.dispatch(&self.frame, &mut sink),
+            None => sink(Dispatch::Bytes { ready: now.time, baud_ratio: 1.0, bytes: &self.frame }),
+        }
         Ok(now)
+    }
+
+    /// Ends the stream: a frame that a fault holds back is handed over, events under way end.
+    pub fn finish(&mut self, sink: &mut dyn FnMut(Dispatch<'_>)) {
+        if let Some(injector) = &mut self.injector {
+            injector.finish(&mut counted(&mut self.report.bytes, sink));
+        }
     }
 
     /// What it has done so far.
     #[must_use]
     pub fn report(&self) -> EmulatorReport {
         self.report
+    }
+}
+
+/// `sink`, with the bytes that pass added to `sent`.
+fn counted(sent: &mut u64, sink: &mut dyn FnMut(Dispatch<'_>)) -> impl FnMut(Dispatch<'_>) {
+    move |dispatch| {
+        if let Dispatch::Bytes { bytes, .. } = dispatch {
+            *sent += bytes.len() as u64;
+        }
+        sink(dispatch);
     }
 }
 

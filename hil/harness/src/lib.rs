@@ -14,7 +14,9 @@
 mod averager;
 mod device;
 mod emulator;
+pub mod fault;
 mod fmu_device;
+pub mod monitor;
 mod pipeline;
 mod run;
 mod source;
@@ -27,4 +29,4 @@ pub use fmu_device::{FmuDevice, Parameter, ParameterValue};
 pub use pipeline::{GyroChannel, Pipeline, PipelineError, PipelineReport};
 pub use run::{Observer, RunError, RunReport, run};
 pub use source::{BodySource, MotionSource, Recording, Reference, SourceError};
-pub use transmitter::{LineEvent, Transmitter};
+pub use transmitter::{LineEvent, LinePath, Transmitter};

@@ -1,6 +1,6 @@
 //! One gyro axis, sampled.
 
-use crate::GyroParams;
+use crate::{GyroParams, Rail, Upset};
 use struna_kernel::{
     Channel, Counts, GyroReading, ParameterError, RandomStream, ReadingFlags, Seed,
 };
@@ -17,6 +17,8 @@ pub struct Gyro {
     noise_sigma_rad_s: f64,
     counts_at_range: i32,
     noise: RandomStream,
+    /// What a stuck gyro repeats.
+    last: Counts,
 }
 
 impl Gyro {
@@ -33,6 +35,7 @@ impl Gyro {
             noise_sigma_rad_s: params.noise_sigma_rad_s(),
             counts_at_range: params.counts_at_range(),
             noise: RandomStream::new(seed, Channel::GyroAngleRandomWalk, run),
+            last: Counts::default(),
         })
     }
 
@@ -52,12 +55,27 @@ impl Gyro {
     ///
     /// A true rate that is not finite yields a reading marked invalid with zero counts.
     pub fn sample(&mut self, true_rate_rad_s: f64) -> GyroReading {
-        let noise_rad_s = self.noise_sigma_rad_s * self.noise.standard_normal();
-        let rate_rad_s = true_rate_rad_s + self.bias_rad_s + noise_rad_s;
+        self.sample_upset(true_rate_rad_s, &Upset::default())
+    }
+
+    /// The next sample under a fault. It draws what a sample without one draws.
+    pub fn sample_upset(&mut self, true_rate_rad_s: f64, upset: &Upset) -> GyroReading {
+        let sigma_rad_s = self.noise_sigma_rad_s * upset.noise_factor;
+        let noise_rad_s = sigma_rad_s * self.noise.standard_normal();
+        let sensed_rad_s = true_rate_rad_s * upset.scale_factor;
+        let rate_rad_s = sensed_rad_s + self.bias_rad_s + upset.bias_rad_s + noise_rad_s;
         let valid = rate_rad_s.is_finite();
-        let over_range = valid && rate_rad_s.abs() > self.params.rate_max_rad_s;
+        let beyond = rate_rad_s.abs() > self.params.rate_max_rad_s;
+        let over_range = valid && (beyond || upset.railed.is_some());
         let flags = ReadingFlags { valid, over_range };
-        let counts = if valid { self.counts_of(rate_rad_s) } else { Counts::default() };
+        let counts = match upset.railed {
+            _ if !valid => Counts::default(),
+            _ if upset.stuck => self.last,
+            Some(Rail::Positive) => Counts(self.counts_at_range),
+            Some(Rail::Negative) => Counts(-self.counts_at_range),
+            None => self.counts_of(rate_rad_s),
+        };
+        self.last = counts;
         GyroReading { counts, temperature_deg_c: self.params.temperature_deg_c, flags }
     }
 

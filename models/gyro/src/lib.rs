@@ -25,6 +25,8 @@
 pub mod datasheet;
 mod gyro;
 mod params;
+mod upset;
 
 pub use gyro::Gyro;
 pub use params::GyroParams;
+pub use upset::{Rail, Upset};

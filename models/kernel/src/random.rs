@@ -24,6 +24,12 @@ pub enum Channel {
     ImpulseSize,
     /// Spread of the starts of a campaign.
     StartError,
+    /// Instants at which injected faults begin.
+    FaultTime,
+    /// What an injected fault hits and how: byte, bit, value, delay.
+    FaultChoice,
+    /// Trial of a declared noise, for a limit that has no closed form.
+    NoiseTrial,
 }
 
 impl Channel {
@@ -36,6 +42,9 @@ impl Channel {
             Self::ImpulseTime => 4,
             Self::ImpulseSize => 5,
             Self::StartError => 6,
+            Self::FaultTime => 20,
+            Self::FaultChoice => 21,
+            Self::NoiseTrial => 22,
         }
     }
 }
