@@ -1,10 +1,12 @@
-//! Data sheets: the only place that speaks °/s, °/h and °/√h.
+//! Data-sheet units: °/s, °/h, °/√h and their like, converted once.
 
-use crate::GyroParams;
+use crate::{GyroParams, preset};
 use struna_kernel::RAD_PER_DEG;
 
-const S_PER_H: f64 = 3600.0;
-const SQRT_S_PER_SQRT_H: f64 = 60.0;
+/// Seconds in an hour.
+pub const S_PER_H: f64 = 3600.0;
+/// √s in a √h.
+pub const SQRT_S_PER_SQRT_H: f64 = 60.0;
 
 /// A rate in °/s as rad/s.
 #[must_use]
@@ -24,36 +26,35 @@ pub const fn rad_sqrt_s_from_deg_sqrt_h(walk_deg_sqrt_h: f64) -> f64 {
     walk_deg_sqrt_h * RAD_PER_DEG / SQRT_S_PER_SQRT_H
 }
 
-/// The VG-910D fibre-optic gyro as this bench assumes it.
-///
-/// | value | | provenance |
-/// |---|---|---|
-/// | sample rate | 300 Hz | laboratory description, 2008; clock tolerance not modelled |
-/// | range | ±200 °/s | laboratory description, 2008 |
-/// | output code | 24 bits, two's complement | laboratory description, 2008 |
-/// | LSB | 2⁻¹⁵ °/s | **invented**: exact in binary, ±200 °/s is ±6 553 600 counts |
-/// | N | 0.07 °/√h, two-sided | **derived**, see below |
-/// | turn-on bias σ | 5 °/h | **unverified**: of the order usual for the class |
-/// | constant bias | 0 | quoted nowhere |
-/// | temperature | 25 °C | **invented**: reported only |
-///
-/// N follows from the half ranges that the laboratory's manual prints for averages of 15 and 25
-/// samples, divided by the half range that Gaussian noise has in records of 300 to 1000 values;
-/// anything from 0.053 to 0.094 °/√h fits them.
-///
-/// No data sheet of this model was found; treat every line that is not from the laboratory's own
-/// description as a scenario's choice.
+/// A noise density, as data sheets quote it, as the angle random walk coefficient N in the same
+/// unit: the density itself when it is two-sided, and 1/√2 of it when it is one-sided, which it
+/// is unless the sheet says otherwise.
 #[must_use]
-pub const fn vg910d() -> GyroParams {
+pub fn walk_of_density(density: f64, sided: Sided) -> f64 {
+    match sided {
+        Sided::One => density * std::f64::consts::FRAC_1_SQRT_2,
+        Sided::Two => density,
+    }
+}
+
+/// Whether a spectral density counts the power of negative frequencies apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sided {
+    /// All power at positive frequencies, as spectrum analysers show it.
+    One,
+    /// Half the power at negative frequencies.
+    Two,
+}
+
+/// The VG-910D of [`preset::vg910d`] reduced to its white noise and turn-on bias: what has closed
+/// forms downstream, for tests and comparisons. Scenarios take the preset.
+#[must_use]
+pub fn vg910d() -> GyroParams {
+    let all = preset::vg910d();
     GyroParams {
-        sample_rate_hz: 300.0,
-        angle_random_walk_rad_sqrt_s: rad_sqrt_s_from_deg_sqrt_h(0.07),
-        bias_rad_s: 0.0,
-        turn_on_bias_sigma_rad_s: rad_s_from_deg_h(5.0),
-        rate_max_rad_s: rad_s_from_deg_s(200.0),
-        lsb_rad_s: rad_s_from_deg_s(1.0 / 32_768.0),
-        counts_max: (1 << 23) - 1,
-        temperature_deg_c: 25.0,
+        angle_random_walk_rad_sqrt_s: all.angle_random_walk_rad_sqrt_s,
+        turn_on_bias_sigma_rad_s: all.turn_on_bias_sigma_rad_s,
+        ..all.without_errors()
     }
 }
 
@@ -75,6 +76,13 @@ mod tests {
     fn an_hour_of_random_walk_adds_up_to_the_quoted_degrees() {
         let walk_rad = rad_sqrt_s_from_deg_sqrt_h(0.07) * 3600.0_f64.sqrt();
         assert!((walk_rad / RAD_PER_DEG - 0.07).abs() < 1e-16);
+    }
+
+    #[test]
+    fn a_one_sided_density_has_twice_the_power_of_a_two_sided_one() {
+        let (one, two) = (walk_of_density(0.05, Sided::One), walk_of_density(0.05, Sided::Two));
+        assert!((one / two - 0.5_f64.sqrt()).abs() < f64::EPSILON);
+        assert_eq!(two.to_bits(), 0.05_f64.to_bits());
     }
 
     #[test]

@@ -1,41 +1,69 @@
 //! One gyro axis, sampled.
 
-use crate::{GyroParams, Rail, Upset};
+use crate::drift::Drift;
+use crate::linearity::Bend;
+use crate::response::Responder;
+use crate::{BiasEffects, GyroInput, GyroParams, Rail, Rounding, SampleClock, Sampling, Upset};
 use struna_kernel::{
-    Channel, Counts, GyroReading, ParameterError, RandomStream, ReadingFlags, Seed,
+    Channel, Counts, GyroReading, ParameterError, RandomStream, ReadingFlags, SampleGrid, Seed,
 };
+
+/// Faster than this nothing turns, rad/s; a larger input would be lost in the filter for minutes.
+const RATE_RAD_S_MAX: f64 = 1e9;
 
 /// One gyro axis in one run.
 ///
-/// Each sample is the true rate plus the run's bias plus white noise, clipped at full scale and
-/// rounded to counts. The noise is drawn for every sample, clipped or invalid ones included, so
-/// that the numbers of sample *k* never depend on the rates before it.
+/// The rate about the input axis passes delay and band limit, the scale factor, its bend, the
+/// biases and noises, and is clipped at full scale and rounded to counts, in this order. Every
+/// random term has a stream of its own and draws for every sample, clipped or invalid ones
+/// included, so that the numbers of sample *k* never depend on the rates before it.
 #[derive(Debug, Clone)]
 pub struct Gyro {
     params: GyroParams,
+    seed: Seed,
+    run: u64,
+    responder: Responder,
+    /// Scale factor of this run at the reference temperature.
+    scale: f64,
+    bend: Bend,
     bias_rad_s: f64,
-    noise_sigma_rad_s: f64,
+    drift: Drift,
+    white_sigma_rad_s: f64,
+    white: RandomStream,
     counts_at_range: i32,
-    noise: RandomStream,
-    /// What a stuck gyro repeats.
-    last: Counts,
+    /// Last usable rate, none before the first.
+    held_rad_s: Option<f64>,
+    /// What rounding left of the angle so far, in counts.
+    remainder: f64,
+    last: (Counts, bool),
 }
 
 impl Gyro {
-    /// A gyro in run `run` of the campaign `seed`, with the turn-on bias that this run draws.
+    /// A gyro in run `run` of the campaign `seed`, with the bias and scale factor that this run
+    /// draws.
     ///
     /// # Errors
     /// [`ParameterError`] for the first parameter that no gyro can have.
     pub fn new(params: GyroParams, seed: Seed, run: u64) -> Result<Self, ParameterError> {
         params.validate()?;
-        let turn_on = RandomStream::new(seed, Channel::GyroTurnOnBias, run).standard_normal();
+        let once = |channel| RandomStream::new(seed, channel, run).standard_normal();
+        let bias_spread = params.turn_on_bias_sigma_rad_s * once(Channel::GyroTurnOnBias);
+        let scale_spread = params.scale.turn_on_sigma * once(Channel::GyroTurnOnScale);
         Ok(Self {
-            params,
-            bias_rad_s: params.bias_rad_s + params.turn_on_bias_sigma_rad_s * turn_on,
-            noise_sigma_rad_s: params.noise_sigma_rad_s(),
+            responder: Responder::new(&params.response, params.sample_rate_hz, params.sampling),
+            scale: 1.0 + params.scale.error + scale_spread,
+            bend: Bend::new(params.linearity, params.rate_max_rad_s),
+            bias_rad_s: params.bias_rad_s + bias_spread,
+            drift: Drift::new(&params, seed, run),
+            white_sigma_rad_s: params.noise_sigma_rad_s(),
+            white: RandomStream::new(seed, Channel::GyroAngleRandomWalk, run),
             counts_at_range: params.counts_at_range(),
-            noise: RandomStream::new(seed, Channel::GyroAngleRandomWalk, run),
-            last: Counts::default(),
+            held_rad_s: None,
+            remainder: 0.0,
+            last: (Counts::default(), false),
+            params,
+            seed,
+            run,
         })
     }
 
@@ -45,253 +73,143 @@ impl Gyro {
         &self.params
     }
 
-    /// The bias of this run, constant plus turn-on, rad/s: truth that only a score may look at.
+    /// The bias of this run at the start, constant plus turn-on and without warm-up, rad/s: truth
+    /// that only a score may look at.
     #[must_use]
     pub fn bias_rad_s(&self) -> f64 {
         self.bias_rad_s
     }
 
-    /// The next sample, of the true rate about the input axis.
+    /// Whether inputs are to be mean rates over the sample interval. A gyro with a band limit
+    /// takes means even when it samples instantaneously: its filter sees the whole interval.
+    #[must_use]
+    pub fn takes_means(&self) -> bool {
+        self.params.sampling == Sampling::Mean || self.params.response.natural_frequency_hz > 0.0
+    }
+
+    /// The clock of this run, which means to sample on `grid`.
+    #[must_use]
+    pub fn clock(&self, grid: SampleGrid) -> SampleClock {
+        SampleClock::new(grid, &self.params.clock, self.seed, self.run)
+    }
+
+    /// The next sample: of a [`GyroInput`], or of a rate alone.
     ///
-    /// A true rate that is not finite yields a reading marked invalid with zero counts.
-    pub fn sample(&mut self, true_rate_rad_s: f64) -> GyroReading {
-        self.sample_upset(true_rate_rad_s, &Upset::default())
+    /// An input that is not finite yields a reading marked invalid with zero counts, and leaves
+    /// the gyro as if the rate before had lasted.
+    pub fn sample(&mut self, input: impl Into<GyroInput>) -> GyroReading {
+        self.sample_upset(input, &Upset::default())
     }
 
-    /// The next sample under a fault. It draws what a sample without one draws.
-    pub fn sample_upset(&mut self, true_rate_rad_s: f64, upset: &Upset) -> GyroReading {
-        let sigma_rad_s = self.noise_sigma_rad_s * upset.noise_factor;
-        let noise_rad_s = sigma_rad_s * self.noise.standard_normal();
-        let sensed_rad_s = true_rate_rad_s * upset.scale_factor;
-        let rate_rad_s = sensed_rad_s + self.bias_rad_s + upset.bias_rad_s + noise_rad_s;
-        let valid = rate_rad_s.is_finite();
-        let beyond = rate_rad_s.abs() > self.params.rate_max_rad_s;
-        let over_range = valid && (beyond || upset.railed.is_some());
-        let flags = ReadingFlags { valid, over_range };
-        let counts = match upset.railed {
-            _ if !valid => Counts::default(),
-            _ if upset.stuck => self.last,
-            Some(Rail::Positive) => Counts(self.counts_at_range),
-            Some(Rail::Negative) => Counts(-self.counts_at_range),
-            None => self.counts_of(rate_rad_s),
+    /// The next sample, with a fault acting on it.
+    pub fn sample_upset(&mut self, input: impl Into<GyroInput>, upset: &Upset) -> GyroReading {
+        let input = input.into();
+        let finite = input.is_finite();
+        let white = self.white_sigma_rad_s * self.white.standard_normal() * upset.noise_factor;
+        let drift_rad_s = self.drift.step();
+        // A noise that overflows must not stay in the filter.
+        let filtered = self.params.response.noise_before_filter && white.abs() < RATE_RAD_S_MAX;
+        let (before, behind) = if filtered { (white, 0.0) } else { (0.0, white) };
+        let passed_rad_s = self.respond(&input, before);
+        let scaled_rad_s = passed_rad_s * self.scale_at(passed_rad_s, &input);
+        let rate_rad_s = self.bend.apply(scaled_rad_s * upset.scale_factor)
+            + self.bias_rad_s
+            + self.params.bias_effects.of(&input, self.params.reference_temperature_deg_c)
+            + drift_rad_s
+            + upset.bias_rad_s
+            + behind;
+        let usable = (finite && rate_rad_s.is_finite()).then_some(rate_rad_s);
+        self.reading(usable, &input, upset)
+    }
+
+    /// What passes delay and band limit.
+    fn respond(&mut self, input: &GyroInput, noise_rad_s: f64) -> f64 {
+        let held_rad_s = match self.held_rad_s {
+            Some(held_rad_s) => held_rad_s,
+            None => {
+                let start_rad_s = usable_rate(input).unwrap_or_default();
+                self.responder.settle(start_rad_s);
+                start_rad_s
+            }
         };
-        self.last = counts;
-        GyroReading { counts, temperature_deg_c: self.params.temperature_deg_c, flags }
+        let rate_rad_s = usable_rate(input).unwrap_or(held_rad_s);
+        self.held_rad_s = Some(rate_rad_s);
+        self.responder.step(rate_rad_s, noise_rad_s)
     }
 
-    /// Rounds to the nearest count, half away from zero, and clips at full scale.
-    fn counts_of(&self, rate_rad_s: f64) -> Counts {
+    /// Counts per rate over their nominal value, at the sign of the rate.
+    fn scale_at(&self, rate_rad_s: f64, input: &GyroInput) -> f64 {
+        let scale = &self.params.scale;
+        let warmer_deg_c = input.temperature_deg_c - self.params.reference_temperature_deg_c;
+        self.scale
+            + scale.per_deg_c * warmer_deg_c
+            + 0.5 * scale.asymmetry.copysign(scale.asymmetry * rate_rad_s)
+    }
+
+    /// The rate in counts with its flags; none is an invalid reading.
+    fn reading(
+        &mut self,
+        rate_rad_s: Option<f64>,
+        input: &GyroInput,
+        upset: &Upset,
+    ) -> GyroReading {
+        let measured = rate_rad_s.map_or_else(Default::default, |rate_rad_s| {
+            let over_range = rate_rad_s.abs() > self.params.rate_max_rad_s;
+            (self.counts_of(rate_rad_s), over_range)
+        });
+        let mut valid = rate_rad_s.is_some();
+        let (counts, over_range) = match upset.railed {
+            _ if upset.stuck => self.last,
+            Some(Rail::Positive) => (Counts(self.counts_at_range), true),
+            Some(Rail::Negative) => (Counts(-self.counts_at_range), true),
+            None => measured,
+        };
+        valid |= upset.stuck || upset.railed.is_some();
+        self.last = (counts, over_range);
+        let flags = ReadingFlags {
+            valid,
+            over_range,
+            warm_up: self.drift.is_warming_up(),
+            temperature_valid: input.temperature_deg_c.is_finite(),
+        };
+        GyroReading { counts, temperature_deg_c: input.temperature_deg_c, flags }
+    }
+
+    /// Rounds to the nearest count and clips at full scale.
+    fn counts_of(&mut self, rate_rad_s: f64) -> Counts {
         let limit = f64::from(self.counts_at_range);
-        let rounded = (rate_rad_s / self.params.lsb_rad_s).round().clamp(-limit, limit);
+        let exact = rate_rad_s / self.params.lsb_rad_s;
+        let rounded = match self.params.rounding {
+            Rounding::Rate => exact.round(),
+            // To even, or a remainder of one half would go back and forth for ever.
+            Rounding::Angle => (exact + self.remainder).round_ties_even(),
+        };
+        let clipped = rounded.clamp(-limit, limit);
+        if self.params.rounding == Rounding::Angle {
+            // What saturation cuts off is lost.
+            let is_clipped = rounded.abs() > limit;
+            self.remainder = if is_clipped { 0.0 } else { exact + self.remainder - rounded };
+        }
         #[expect(clippy::cast_possible_truncation, reason = "a whole number within ±i32 by clamp")]
-        let counts = rounded as i32;
+        let counts = clipped as i32;
         Counts(counts)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::datasheet::{rad_s_from_deg_s, vg910d};
-    use proptest::prelude::*;
+/// The rate to go on with, if the input holds one.
+fn usable_rate(input: &GyroInput) -> Option<f64> {
+    let rate_rad_s = input.rate_rad_s;
+    rate_rad_s.is_finite().then(|| rate_rad_s.clamp(-RATE_RAD_S_MAX, RATE_RAD_S_MAX))
+}
 
-    const SEED: Seed = Seed(42);
-
-    fn gyro(params: GyroParams, run: u64) -> Gyro {
-        Gyro::new(params, SEED, run).unwrap()
-    }
-
-    /// A VG-910D without noise and bias: quantisation and saturation alone.
-    fn noiseless() -> GyroParams {
-        GyroParams { angle_random_walk_rad_sqrt_s: 0.0, turn_on_bias_sigma_rad_s: 0.0, ..vg910d() }
-    }
-
-    fn record(seed: Seed, run: u64) -> Vec<GyroReading> {
-        let mut gyro = Gyro::new(vg910d(), seed, run).unwrap();
-        (0..500).map(|k| gyro.sample(f64::from(k) * 1e-3)).collect()
-    }
-
-    /// Errors in rad/s of `n` samples of a still gyro without bias.
-    fn still_errors(n: usize) -> Vec<f64> {
-        let params = GyroParams { turn_on_bias_sigma_rad_s: 0.0, ..vg910d() };
-        let mut gyro = gyro(params, 0);
-        (0..n).map(|_| f64::from(gyro.sample(0.0).counts.0) * params.lsb_rad_s).collect()
-    }
-
-    fn variance(values: &[f64]) -> f64 {
-        // About the known mean of zero, so no degree of freedom is lost.
-        values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
-    }
-
-    #[test]
-    fn one_seed_makes_one_record() {
-        assert_eq!(record(SEED, 3), record(SEED, 3));
-    }
-
-    #[test]
-    fn another_run_and_another_seed_make_another_record() {
-        assert_ne!(record(SEED, 3), record(SEED, 4));
-        assert_ne!(record(SEED, 3), record(Seed(43), 3));
-        assert_ne!(
-            gyro(vg910d(), 3).bias_rad_s().to_bits(),
-            gyro(vg910d(), 4).bias_rad_s().to_bits()
-        );
-    }
-
-    #[test]
-    fn runs_do_not_depend_on_the_order_in_which_they_are_made() {
-        let forwards: Vec<_> = (0..4).map(|run| record(SEED, run)).collect();
-        let mut backwards: Vec<_> = (0..4).rev().map(|run| record(SEED, run)).collect();
-        backwards.reverse();
-        assert_eq!(forwards, backwards);
-    }
-
-    #[test]
-    fn gyros_sampled_in_turn_do_not_disturb_each_other() {
-        let (mut one, mut two) = (gyro(vg910d(), 0), gyro(vg910d(), 1));
-        let interleaved: Vec<_> = (0..100).map(|_| (one.sample(0.1), two.sample(0.1))).collect();
-        let mut alone = gyro(vg910d(), 1);
-        for (_, second) in interleaved {
-            assert_eq!(second, alone.sample(0.1));
-        }
-    }
-
-    #[test]
-    fn noise_has_the_variance_of_the_angle_random_walk() {
-        let n = 200_000;
-        let params = vg910d();
-        // Rounding to counts adds LSB²/12, here one part in five million.
-        let expected = params.angle_random_walk_rad_sqrt_s.powi(2) * params.sample_rate_hz;
-        let ratio = variance(&still_errors(n)) / expected;
-        // Four standard errors of a variance, √(2/n) each.
-        assert!((ratio - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt(), "ratio {ratio}");
-    }
-
-    #[test]
-    fn averaging_m_samples_divides_the_deviation_by_the_root_of_m() {
-        let m = 25;
-        let averages: Vec<f64> = still_errors(500_000)
-            .chunks_exact(m)
-            .map(|chunk| chunk.iter().sum::<f64>() / m as f64)
-            .collect();
-        let expected = vg910d().noise_sigma_rad_s().powi(2) / m as f64;
-        let ratio = variance(&averages) / expected;
-        // Four standard errors of a variance over 20 000 averages.
-        let tolerance = 4.0 * (2.0 / averages.len() as f64).sqrt();
-        assert!((ratio - 1.0).abs() < tolerance, "ratio {ratio}");
-    }
-
-    #[test]
-    fn turn_on_bias_spreads_from_run_to_run_and_is_what_the_samples_carry() {
-        let params = GyroParams { angle_random_walk_rad_sqrt_s: 0.0, bias_rad_s: 1e-3, ..vg910d() };
-        let sigma_rad_s = params.turn_on_bias_sigma_rad_s;
-        let runs = 20_000;
-        let mut biases = Vec::new();
-        for run in 0..runs {
-            let mut gyro = gyro(params, run);
-            let read_rad_s = f64::from(gyro.sample(0.0).counts.0) * params.lsb_rad_s;
-            assert!((read_rad_s - gyro.bias_rad_s()).abs() <= 0.501 * params.lsb_rad_s);
-            biases.push(gyro.bias_rad_s() - params.bias_rad_s);
-        }
-        let n = runs as f64;
-        let mean_rad_s = biases.iter().sum::<f64>() / n;
-        // Four standard errors of mean and variance.
-        assert!(mean_rad_s.abs() < 4.0 * sigma_rad_s / n.sqrt(), "mean {mean_rad_s:e}");
-        let ratio = variance(&biases) / sigma_rad_s.powi(2);
-        assert!((ratio - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "ratio {ratio}");
-    }
-
-    #[test]
-    fn the_mean_of_a_run_is_its_bias() {
-        let n = 100_000_u32;
-        let mut gyro = gyro(vg910d(), 5);
-        let sum: i64 = (0..n).map(|_| i64::from(gyro.sample(0.0).counts.0)).sum();
-        let mean_rad_s = sum as f64 / f64::from(n) * gyro.params().lsb_rad_s;
-        // Four standard errors of the mean.
-        let tolerance = 4.0 * gyro.params().noise_sigma_rad_s() / f64::from(n).sqrt();
-        assert!((mean_rad_s - gyro.bias_rad_s()).abs() < tolerance, "{mean_rad_s:e}");
-    }
-
-    #[test]
-    fn beyond_the_range_counts_clip_exactly_and_the_flag_is_up() {
-        let mut gyro = gyro(noiseless(), 0);
-        for (rate_deg_s, counts, over_range) in [
-            (199.0, 6_520_832, false),
-            (200.0, 6_553_600, false),
-            (200.1, 6_553_600, true),
-            (-199.0, -6_520_832, false),
-            (-200.0, -6_553_600, false),
-            (-200.1, -6_553_600, true),
-            (1e9, 6_553_600, true),
-            (-1e300, -6_553_600, true),
-        ] {
-            let reading = gyro.sample(rad_s_from_deg_s(rate_deg_s));
-            assert_eq!(reading.counts, Counts(counts), "{rate_deg_s} deg/s");
-            assert_eq!(reading.flags, ReadingFlags { valid: true, over_range }, "{rate_deg_s}");
-        }
-    }
-
-    #[test]
-    fn noise_and_bias_alone_can_drive_a_reading_over_range() {
-        let params = GyroParams { bias_rad_s: 0.01, ..noiseless() };
-        let reading = gyro(params, 0).sample(params.rate_max_rad_s - 0.005);
-        assert!(reading.flags.over_range && reading.flags.valid);
-        assert_eq!(reading.counts, Counts(6_553_600));
-    }
-
-    #[test]
-    fn a_rate_that_is_no_number_is_marked_invalid_and_shifts_nothing() {
-        let (mut disturbed, mut calm) = (gyro(vg910d(), 0), gyro(vg910d(), 0));
-        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let reading = disturbed.sample(bad);
-            assert_eq!(reading.flags, ReadingFlags { valid: false, over_range: false });
-            assert_eq!(reading.counts, Counts(0));
-            calm.sample(0.0);
-        }
-        assert_eq!(disturbed.sample(0.2), calm.sample(0.2));
-    }
-
-    #[test]
-    fn a_bias_that_overflows_is_marked_invalid() {
-        let turn_on_bias_sigma_rad_s = f64::MAX;
-        let params = GyroParams { turn_on_bias_sigma_rad_s, ..noiseless() };
-        // A third of all runs draw beyond one sigma and overflow; none may pass as a number.
-        let readings = (0..100).map(|run| {
-            let mut gyro = gyro(params, run);
-            (gyro.bias_rad_s().is_finite(), gyro.sample(0.0).flags.valid)
-        });
-        let (finite, infinite): (Vec<_>, Vec<_>) = readings.partition(|(finite, _)| *finite);
-        assert!(!finite.is_empty() && finite.iter().all(|(_, valid)| *valid));
-        assert!(!infinite.is_empty() && infinite.iter().all(|(_, valid)| !valid));
-    }
-
-    #[test]
-    fn saturation_does_not_shift_the_noise_of_later_samples() {
-        let (mut saturated, mut calm) = (gyro(vg910d(), 0), gyro(vg910d(), 0));
-        for _ in 0..10 {
-            saturated.sample(100.0);
-            calm.sample(0.0);
-        }
-        assert_eq!(saturated.sample(0.2), calm.sample(0.2));
-    }
-
-    proptest! {
-        #[test]
-        fn a_noiseless_reading_is_within_half_a_count(share in -1.0_f64..=1.0) {
-            let params = noiseless();
-            let rate_rad_s = share * params.rate_max_rad_s;
-            let reading = gyro(params, 0).sample(rate_rad_s);
-            let error_rad_s = f64::from(reading.counts.0) * params.lsb_rad_s - rate_rad_s;
-            // Half a count, and one rounding of a rate of up to 3.5 rad/s.
-            prop_assert!(error_rad_s.abs() <= 0.5 * params.lsb_rad_s + 1e-15);
-            prop_assert!(!reading.flags.over_range);
-        }
-
-        #[test]
-        fn no_rate_leaves_the_output_code(rate_rad_s in any::<f64>()) {
-            let reading = gyro(vg910d(), 0).sample(rate_rad_s);
-            prop_assert!(reading.counts.0.abs() <= 6_553_600);
-            prop_assert_eq!(reading.flags.valid, rate_rad_s.is_finite());
-        }
+impl BiasEffects {
+    /// What the surroundings of one sample add to the bias, rad/s.
+    fn of(&self, input: &GyroInput, reference_temperature_deg_c: f64) -> f64 {
+        let [x, y, z] = self.per_specific_force_s_m;
+        let [along_x, along_y, along_z] = input.specific_force_s_m_s2;
+        self.per_deg_c_rad_s * (input.temperature_deg_c - reference_temperature_deg_c)
+            + self.per_temperature_rate_rad_deg_c * input.temperature_rate_deg_c_s
+            + (x * along_x + y * along_y + z * along_z)
+            + self.per_magnetic_field_rad_s_t * input.magnetic_field_t
     }
 }

@@ -3,7 +3,8 @@
 /// A disturbance of one sample, as a fault would cause it. The default does nothing.
 ///
 /// Whatever it holds, a sample draws the random numbers it would have drawn without: after the
-/// fault the gyro reads to the bit as if there had been none, but for what `stuck` repeats.
+/// fault the gyro reads to the bit as if there had been none, except that louder noise which arose
+/// before a filter dies out in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Upset {
     /// Multiplies the sensed rate; 1 does nothing.

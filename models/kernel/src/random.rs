@@ -30,6 +30,16 @@ pub enum Channel {
     FaultChoice,
     /// Trial of a declared noise, for a limit that has no closed form.
     NoiseTrial,
+    /// Bias instability of the gyro.
+    GyroBiasInstability,
+    /// Rate random walk of the gyro.
+    GyroRateRandomWalk,
+    /// Run-to-run spread of the gyro's scale factor.
+    GyroTurnOnScale,
+    /// Run-to-run spread of the rate of the gyro's clock.
+    GyroClockOffset,
+    /// Jitter of the gyro's sample instants.
+    GyroClockJitter,
 }
 
 impl Channel {
@@ -45,6 +55,11 @@ impl Channel {
             Self::FaultTime => 20,
             Self::FaultChoice => 21,
             Self::NoiseTrial => 22,
+            Self::GyroBiasInstability => 32,
+            Self::GyroRateRandomWalk => 33,
+            Self::GyroTurnOnScale => 34,
+            Self::GyroClockOffset => 35,
+            Self::GyroClockJitter => 36,
         }
     }
 }

@@ -41,11 +41,16 @@ pub struct Counts(pub i32);
 
 /// What a gyro says about a sample besides its counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent bits of a status word")]
 pub struct ReadingFlags {
     /// The gyro considers the sample usable.
     pub valid: bool,
-    /// The true rate lay beyond the gyro's range; the counts are clipped.
+    /// The measured rate lay beyond the gyro's range; the counts are clipped.
     pub over_range: bool,
+    /// The bias has not settled since the gyro was switched on.
+    pub warm_up: bool,
+    /// The reported temperature is usable.
+    pub temperature_valid: bool,
 }
 
 /// One emitted gyro sample.
