@@ -1,7 +1,8 @@
 //! Everything left of the line: motion, gyro, encoder. Bytes out, and the truth beside them.
 
+use crate::fault::{Dispatch, FaultRecord, Injector};
 use crate::{MotionSource, Reference, SourceError};
-use struna_gyro::{Gyro, SampleClock, Surroundings};
+use struna_gyro::{Gyro, SampleClock, Surroundings, Upset};
 use struna_kernel::{GyroReading, SampleGrid, SimTime};
 use struna_wire::{EncodeError, Encoder, FieldSpec, FrameSpec};
 
@@ -67,6 +68,8 @@ pub struct Emulator {
     encoder: Encoder,
     layout: Layout,
     raw: Vec<i64>,
+    frame: Vec<u8>,
+    injector: Option<Injector>,
     before: Option<Reference>,
     report: EmulatorReport,
 }
@@ -96,14 +99,40 @@ impl Emulator {
         let mut clock = gyro.clock(grid);
         let next = clock.time_of(encoder.next_index() + 1);
         let (surroundings, report) = (Surroundings::default(), EmulatorReport::default());
-        let before = None;
-        Ok(Self { source, gyro, clock, next, surroundings, encoder, layout, raw, before, report })
+        let frame = Vec::with_capacity(frame.frame_len());
+        let (injector, before) = (None, None);
+        Ok(Self {
+            source,
+            gyro,
+            clock,
+            next,
+            surroundings,
+            encoder,
+            layout,
+            raw,
+            frame,
+            injector,
+            before,
+            report,
+        })
     }
 
     /// The same emulator, its gyro in these surroundings.
     #[must_use]
     pub fn with_surroundings(self, surroundings: Surroundings) -> Self {
         Self { surroundings, ..self }
+    }
+
+    /// The same emulator, with the faults of `injector`.
+    #[must_use]
+    pub fn with_faults(self, injector: Injector) -> Self {
+        Self { injector: Some(injector), ..self }
+    }
+
+    /// What has been injected so far.
+    #[must_use]
+    pub fn fault_records(&self) -> &[FaultRecord] {
+        self.injector.as_ref().map_or(&[], Injector::records)
     }
 
     /// Instant at which the next frame is complete.
@@ -118,14 +147,32 @@ impl Emulator {
         self.clock.grid().time_of(self.encoder.next_index() + 1)
     }
 
-    /// Appends the next frame to `out`; returns the motion at its instant.
+    /// Appends the next frame, or what faults leave of it, to `out`; returns the motion at its
+    /// instant. Faults of time alone leave no trace here.
     ///
     /// # Errors
     /// [`EmulatorError`] when the motion cannot be carried on; nothing was appended then.
     pub fn emit(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
+        self.emit_to(&mut |dispatch| {
+            if let Dispatch::Bytes { bytes, .. } = dispatch {
+                out.extend_from_slice(bytes);
+            }
+        })
+    }
+
+    /// Hands the next frame, or what faults leave of it, to `sink` with the instant at which it may
+    /// leave; returns the motion at the sample's instant.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] when the motion cannot be carried on; nothing was handed over then.
+    pub fn emit_to(
+        &mut self,
+        sink: &mut dyn FnMut(Dispatch<'_>),
+    ) -> Result<Reference, EmulatorError> {
+        let index = self.encoder.next_index();
         let before = match self.before {
             Some(before) => before,
-            None => self.source.reference_at(self.clock.time_of(self.encoder.next_index()))?,
+            None => self.source.reference_at(self.clock.time_of(index))?,
         };
         let now = self.source.reference_at(self.next)?;
         let rate_rad_s = if self.gyro.takes_means() {
@@ -134,24 +181,50 @@ impl Emulator {
         } else {
             now.input_rate_rad_s
         };
+        let upset = match &mut self.injector {
+            Some(injector) => injector.begin(index, now.time),
+            None => Upset::default(),
+        };
         let force = now.specific_force_s_m_s2;
         let input = self.surroundings.input_at(now.time.as_s(), rate_rad_s, force);
-        let reading = self.gyro.sample(input);
+        let reading = self.gyro.sample_upset(input, &upset);
         self.layout.fill(&reading, &mut self.raw);
-        let length = out.len();
-        self.encoder.encode(&self.raw, out)?;
+        self.frame.clear();
+        self.encoder.encode(&self.raw, &mut self.frame)?;
         self.before = Some(now);
         self.next = self.clock.time_of(self.encoder.next_index() + 1);
         self.report.frames += 1;
-        self.report.bytes += (out.len() - length) as u64;
         self.report.saturated += u64::from(reading.flags.over_range);
+        let sent = &mut self.report.bytes;
+        let mut sink = counted(sent, sink);
+        match &mut self.injector {
+            Some(injector) => injector.dispatch(&self.frame, &mut sink),
+            None => sink(Dispatch::Bytes { ready: now.time, baud_ratio: 1.0, bytes: &self.frame }),
+        }
         Ok(now)
+    }
+
+    /// Ends the stream: a frame that a fault holds back is handed over, events under way end.
+    pub fn finish(&mut self, sink: &mut dyn FnMut(Dispatch<'_>)) {
+        if let Some(injector) = &mut self.injector {
+            injector.finish(&mut counted(&mut self.report.bytes, sink));
+        }
     }
 
     /// What it has done so far.
     #[must_use]
     pub fn report(&self) -> EmulatorReport {
         self.report
+    }
+}
+
+/// `sink`, with the bytes that pass added to `sent`.
+fn counted(sent: &mut u64, sink: &mut dyn FnMut(Dispatch<'_>)) -> impl FnMut(Dispatch<'_>) {
+    move |dispatch| {
+        if let Dispatch::Bytes { bytes, .. } = dispatch {
+            *sent += bytes.len() as u64;
+        }
+        sink(dispatch);
     }
 }
 

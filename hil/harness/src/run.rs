@@ -1,5 +1,6 @@
 //! One run: emulator and pipeline, joined by a pseudo-terminal.
 
+use crate::fault::{Dispatch, FaultRecord};
 use crate::{
     Emulator, EmulatorError, EmulatorReport, Pacing, Pipeline, PipelineError, PipelineReport,
     Reference, SourceError,
@@ -66,6 +67,8 @@ pub struct RunReport {
     pub emulator: EmulatorReport,
     /// Right of the line.
     pub pipeline: PipelineReport,
+    /// What faults did; the truth to judge detectors by.
+    pub faults: Vec<FaultRecord>,
     /// How late frames were, when paced.
     pub late: Option<Lateness>,
     /// The run was stopped from outside before its end.
@@ -107,14 +110,15 @@ pub fn run(
         }
         // The writer's end of the line lives until here: closing it would discard unread bytes.
         let written = writer.join().map_err(|_| RunError::EmulatorPanicked)?;
-        let Written { emulator, late, stopped, port: _port } = match (written, read) {
+        let Written { emulator, faults, late, stopped, port: _port } = match (written, read) {
             (Ok(written), Ok(())) => written,
             // A failed writer hangs up, which the reader sees as an error of the line: the cause
             // comes first.
             (Err(cause), _) | (Ok(_), Err(cause)) => return Err(cause),
         };
         let interrupted = emulator.frames < frames && stopped.is_none();
-        Ok(RunReport { emulator, pipeline: pipeline.finish(), late, interrupted, stopped })
+        let pipeline = pipeline.finish();
+        Ok(RunReport { emulator, pipeline, faults, late, interrupted, stopped })
     })
 }
 
@@ -135,6 +139,7 @@ struct Writer<'a> {
 /// What the writer hands back, its port included.
 struct Written {
     emulator: EmulatorReport,
+    faults: Vec<FaultRecord>,
     late: Option<Lateness>,
     stopped: Option<SourceError>,
     port: VirtualPort,
@@ -169,9 +174,15 @@ impl Writer<'_> {
                 self.flush(&mut block)?;
             }
         }
+        self.emulator.finish(&mut |dispatch| {
+            if let Dispatch::Bytes { bytes, .. } = dispatch {
+                block.extend_from_slice(bytes);
+            }
+        });
         self.flush(&mut block)?;
         let late = pacer.map(|pacer| pacer.lateness().clone());
-        Ok(Written { emulator: self.emulator.report(), late, stopped, port: self.port })
+        let faults = self.emulator.fault_records().to_vec();
+        Ok(Written { emulator: self.emulator.report(), faults, late, stopped, port: self.port })
     }
 
     fn flush(&mut self, block: &mut Vec<u8>) -> Result<(), RunError> {

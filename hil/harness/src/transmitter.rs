@@ -1,5 +1,6 @@
 //! The emulated device as the host sees it: frames, put on a line, arriving when a line lets them.
 
+use crate::fault::{Dispatch, FaultRecord};
 use crate::{Emulator, EmulatorError, EmulatorReport, Reference};
 use struna_kernel::SimTime;
 use struna_line::LineModel;
@@ -22,15 +23,14 @@ pub enum LineEvent<'a> {
 #[derive(Debug)]
 pub struct Transmitter {
     emulator: Emulator,
-    line: LineModel,
-    frame: Vec<u8>,
+    path: LinePath,
 }
 
 impl Transmitter {
     /// Puts what `emulator` says on `line`.
     #[must_use]
     pub fn new(emulator: Emulator, line: LineModel) -> Self {
-        Self { emulator, line, frame: Vec::with_capacity(64) }
+        Self { emulator, path: LinePath::new(line) }
     }
 
     /// Instant of the next sample.
@@ -48,22 +48,83 @@ impl Transmitter {
         &mut self,
         sink: &mut dyn FnMut(SimTime, LineEvent<'_>),
     ) -> Result<Reference, EmulatorError> {
-        self.frame.clear();
-        let reference = self.emulator.emit(&mut self.frame)?;
-        self.line.send(reference.time, &self.frame, &mut |time, bytes| {
-            sink(time, LineEvent::Bytes(bytes));
-        });
-        Ok(reference)
+        let Self { emulator, path } = self;
+        emulator.emit_to(&mut |dispatch| path.carry(dispatch, sink))
     }
 
-    /// Hands over everything still on its way.
+    /// Ends the stream and hands over everything still on its way.
     pub fn flush(&mut self, sink: &mut dyn FnMut(SimTime, LineEvent<'_>)) {
-        self.line.flush(&mut |time, bytes| sink(time, LineEvent::Bytes(bytes)));
+        let Self { emulator, path } = self;
+        emulator.finish(&mut |dispatch| path.carry(dispatch, sink));
+        path.flush(sink);
+    }
+
+    /// What faults have done so far; complete after [`Self::flush`].
+    #[must_use]
+    pub fn fault_records(&self) -> &[FaultRecord] {
+        self.emulator.fault_records()
     }
 
     /// What the emulator has done so far.
     #[must_use]
     pub fn report(&self) -> EmulatorReport {
         self.emulator.report()
+    }
+}
+
+/// The way from the gyro to the host: a line that may run at a wrong rate and may be unplugged.
+#[derive(Debug)]
+pub struct LinePath {
+    line: LineModel,
+    baud_ratio: f64,
+    /// Arrival times do not go back, whatever is unplugged when.
+    last: SimTime,
+}
+
+impl LinePath {
+    /// An idle `line`, plugged in.
+    #[must_use]
+    pub fn new(line: LineModel) -> Self {
+        Self { line, baud_ratio: 1.0, last: SimTime::ZERO }
+    }
+
+    /// Carries what leaves the gyro; what reaches the host by then goes to `sink`. Bytes that a
+    /// bridge holds when it is unplugged are lost with it.
+    pub fn carry(&mut self, dispatch: Dispatch<'_>, sink: &mut dyn FnMut(SimTime, LineEvent<'_>)) {
+        let Self { line, baud_ratio, last } = self;
+        let mut arrived = |time: SimTime, bytes: &[u8]| {
+            *last = time.max(*last);
+            sink(*last, LineEvent::Bytes(bytes));
+        };
+        match dispatch {
+            Dispatch::Bytes { ready, baud_ratio: ratio, bytes } => {
+                // Compared by bits: any change counts, and only a change may touch the line.
+                if ratio.to_bits() != baud_ratio.to_bits() {
+                    line.set_baud_ratio(ratio);
+                    *baud_ratio = ratio;
+                }
+                line.send(ready, bytes, &mut arrived);
+            }
+            Dispatch::Unplugged(time) => {
+                line.advance(time, &mut arrived);
+                *line = LineModel::new(line.settings());
+                *baud_ratio = 1.0;
+                *last = time.max(*last);
+                sink(*last, LineEvent::Unplugged);
+            }
+            Dispatch::Plugged(time) => {
+                *last = time.max(*last);
+                sink(*last, LineEvent::Plugged);
+            }
+        }
+    }
+
+    /// Hands over everything still on its way.
+    pub fn flush(&mut self, sink: &mut dyn FnMut(SimTime, LineEvent<'_>)) {
+        let Self { line, last, .. } = self;
+        line.flush(&mut |time, bytes| {
+            *last = time.max(*last);
+            sink(*last, LineEvent::Bytes(bytes));
+        });
     }
 }

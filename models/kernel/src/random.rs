@@ -24,6 +24,12 @@ pub enum Channel {
     ImpulseSize,
     /// Spread of the starts of a campaign.
     StartError,
+    /// Instants at which injected faults begin.
+    FaultTime,
+    /// What an injected fault hits and how: byte, bit, value, delay.
+    FaultChoice,
+    /// Trial of a declared noise, for a limit that has no closed form.
+    NoiseTrial,
     /// Bias instability of the gyro.
     GyroBiasInstability,
     /// Rate random walk of the gyro.
@@ -46,6 +52,9 @@ impl Channel {
             Self::ImpulseTime => 4,
             Self::ImpulseSize => 5,
             Self::StartError => 6,
+            Self::FaultTime => 20,
+            Self::FaultChoice => 21,
+            Self::NoiseTrial => 22,
             Self::GyroBiasInstability => 32,
             Self::GyroRateRandomWalk => 33,
             Self::GyroTurnOnScale => 34,

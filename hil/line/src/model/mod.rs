@@ -50,6 +50,13 @@ impl LineModel {
         Self { settings, uart, bridge: BridgeState::new(settings.bridge) }
     }
 
+    /// Lets the gyro send at `ratio` times its declared baud rate from now on, as a clock that is
+    /// off does. Only the timing: what a receiver makes of such bits is not the line's affair.
+    pub fn set_baud_ratio(&mut self, ratio: f64) {
+        let LineSettings { baud, bits_per_byte, .. } = self.settings;
+        self.uart.set_byte_ns(uart::byte_ns(baud * ratio, bits_per_byte));
+    }
+
     /// Its settings.
     #[must_use]
     pub const fn settings(&self) -> LineSettings {
