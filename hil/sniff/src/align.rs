@@ -4,38 +4,50 @@
 //! through the bytes (Viterbi), where a slip costs bits, says which byte is which column. The
 //! path trains the histograms, and they the next path.
 
-/// Bits that a lost or inserted byte costs: one in some hundred bytes.
-const SLIP_BITS: f32 = 8.0;
-/// Bits that starting anew at any column costs: more than two slips, less than a frame of noise.
-const JUMP_BITS: f32 = 22.0;
+/// A cost is held in 16 bits, so that eight are compared at once: 1/32 bit is the unit, times
+/// four, and the two lowest bits say which move was the cheapest.
+const UNIT: f32 = 32.0;
+const MOVE_BITS: u32 = 2;
+const MOVE_MASK: i16 = 3;
+/// A lost or inserted byte costs 8 bits: one in some hundred bytes.
+const SLIP: i16 = bits(8);
+/// The value of an inserted byte, which no column explains.
+const FOREIGN: i16 = bits(8);
+/// Starting anew at any column costs more than two slips and less than a frame of noise.
+const JUMP: i16 = bits(22);
 /// Bits that a byte never seen in a column costs at most.
 const UNSEEN_BITS: f32 = 12.0;
 /// Weight of a value not yet seen in a column, in sightings.
 const PRIOR: f32 = 0.05;
 
-const DROPPED: u8 = 1;
-const INSERTED: u8 = 2;
-const JUMPED: u8 = 3;
+const ADVANCED: i16 = 0;
+const DROPPED: i16 = 1;
+const INSERTED: i16 = 2;
+const JUMPED: i16 = 3;
 /// The column of a byte that belongs to none.
 const NO_COLUMN: u8 = u8::MAX;
+
+const fn bits(bits: i16) -> i16 {
+    (bits * 32) << MOVE_BITS
+}
 
 /// What values each column takes, as costs in bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Template {
     len: usize,
     /// 256 rows of `len`: the cost of a byte in each column.
-    cost: Vec<f32>,
+    cost: Vec<i16>,
 }
 
 impl Template {
     /// From counts, `len` rows of 256.
     fn from_counts(len: usize, counts: &[u32]) -> Self {
-        let mut cost = vec![0.0; 256 * len];
+        let mut cost = vec![0; 256 * len];
         for (column, counts) in counts.chunks_exact(256).enumerate() {
             let total = as_f32(counts.iter().sum::<u32>()) + 256.0 * PRIOR;
             for (byte, count) in counts.iter().enumerate() {
                 let bits = (total / (as_f32(*count) + PRIOR)).log2();
-                cost[byte * len + column] = bits.min(UNSEEN_BITS);
+                cost[byte * len + column] = packed(bits.min(UNSEEN_BITS));
             }
         }
         Self { len, cost }
@@ -50,7 +62,7 @@ impl Template {
         Self::from_counts(len, &counts)
     }
 
-    fn row(&self, byte: u8) -> &[f32] {
+    fn row(&self, byte: u8) -> &[i16] {
         &self.cost[usize::from(byte) * self.len..][..self.len]
     }
 
@@ -76,56 +88,46 @@ impl Template {
         let mut moves = vec![0; block.len() * len];
         let mut jumps = vec![0; block.len()];
         // Two entries before column 0 repeat the last two columns: the frame is a circle.
-        let mut last = vec![0.0f32; len + 2];
-        let mut next = vec![0.0f32; len + 2];
+        let mut last = vec![0i16; len + 2];
+        let mut next = vec![0i16; len + 2];
         for ((byte, moves), jump) in block.iter().zip(moves.chunks_exact_mut(len)).zip(&mut jumps) {
-            let (from, least) = least_of(&last[2..]);
-            *jump = from;
-            self.step(*byte, &last, least, &mut next[2..], moves);
+            let least = last.iter().copied().min().unwrap_or(0);
+            *jump = place_of(&last[2..], least);
+            step(self.row(*byte), &last, least, &mut next[2..], moves);
             (next[0], next[1]) = (next[len], next[len + 1]);
             std::mem::swap(&mut last, &mut next);
         }
-        trace_back(len, &moves, &jumps, least_of(&last[2..]).0)
-    }
-
-    /// Costs of standing at each column after one more byte, relative to the least before it.
-    fn step(&self, byte: u8, last: &[f32], least: f32, next: &mut [f32], moves: &mut [u8]) {
-        let emit = self.row(byte);
-        for column in 0..self.len {
-            let (mut best, mut taken) = (last[column + 1] + emit[column], 0);
-            let dropped = last[column] + emit[column] + SLIP_BITS;
-            if dropped < best {
-                (best, taken) = (dropped, DROPPED);
-            }
-            let inserted = last[column + 2] + SLIP_BITS + 8.0;
-            if inserted < best {
-                (best, taken) = (inserted, INSERTED);
-            }
-            let jumped = least + JUMP_BITS + emit[column];
-            if jumped < best {
-                (best, taken) = (jumped, JUMPED);
-            }
-            next[column] = best - least;
-            moves[column] = taken;
-        }
+        let least = last.iter().copied().min().unwrap_or(0);
+        trace_back(len, &moves, &jumps, place_of(&last[2..], least))
     }
 }
 
-fn least_of(costs: &[f32]) -> (u8, f32) {
-    let (mut at, mut least) = (0, f32::INFINITY);
-    for (k, cost) in (0u8..).zip(costs) {
-        if *cost < least {
-            (at, least) = (k, *cost);
-        }
+/// Costs of standing at each column after one more byte, relative to the least before it.
+fn step(emit: &[i16], last: &[i16], least: i16, next: &mut [i16], moves: &mut [u8]) {
+    let (two_back, one_back, here) = (last, &last[1..], &last[2..]);
+    let columns = next.iter_mut().zip(moves).zip(emit).zip(two_back).zip(one_back).zip(here);
+    for (((((next, taken), emit), two_back), one_back), here) in columns {
+        let advanced = one_back + emit + ADVANCED;
+        let dropped = two_back + emit + (SLIP + DROPPED);
+        let inserted = here + (SLIP + FOREIGN + INSERTED);
+        let jumped = least + emit + (JUMP + JUMPED);
+        let best = advanced.min(dropped).min(inserted.min(jumped));
+        *taken = (best & MOVE_MASK).cast_unsigned() as u8;
+        *next = (best & !MOVE_MASK) - least;
     }
-    (at, least)
+}
+
+/// The first column that costs this.
+fn place_of(costs: &[i16], least: i16) -> u8 {
+    let at = costs.iter().position(|cost| *cost == least).unwrap_or(0);
+    u8::try_from(at).unwrap_or(0)
 }
 
 fn trace_back(len: usize, moves: &[u8], jumps: &[u8], end: u8) -> Vec<u8> {
     let mut columns = vec![NO_COLUMN; jumps.len()];
     let mut at = usize::from(end);
     for k in (0..jumps.len()).rev() {
-        let taken = moves[k * len + at];
+        let taken = i16::from(moves[k * len + at]);
         if taken != INSERTED {
             columns[k] = u8::try_from(at).unwrap_or(NO_COLUMN);
         }
@@ -145,6 +147,12 @@ fn whole_frames(columns: &[u8], len: usize) -> impl Iterator<Item = usize> {
         columns[*k..*k + len].iter().enumerate().all(|(c, column)| usize::from(*column) == c)
     };
     (0..(columns.len() + 1).saturating_sub(len)).filter(is_frame)
+}
+
+/// A cost in bits as it is held.
+#[expect(clippy::cast_possible_truncation, reason = "at most UNSEEN_BITS")]
+fn packed(bits: f32) -> i16 {
+    ((bits * UNIT).round() as i16) << MOVE_BITS
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts of bytes in a capture, far below 2^24")]

@@ -93,7 +93,7 @@ fn framing(bytes: &[u8], blocks: &[(usize, usize)], len: usize) -> Option<Framin
     let window = calmest_window(bytes, blocks, len)?;
     let mut template = Template::from_window(len, window);
     let mut starts = Vec::new();
-    for _ in 0..4 {
+    for _ in 0..3 {
         (starts, template) = template.frames(bytes, blocks);
     }
     if starts.len() < 8 {

@@ -22,11 +22,12 @@ pub(crate) fn capture(sender: &Sender, conditions: Conditions, rng: &mut impl Rn
     let mut temperature = rng.random_range(1000.0..9000.0);
     let drift = rng.random_range(-300.0..300.0) / frames;
     let noise = rng.random_range(0.6..12.0);
+    let toggling = 10f64.powf(rng.random_range(-3.0..-1.0));
     let (mut k, mut count) = (0.0, rng.random::<u32>());
     let mut level = 0;
     while k < frames {
         temperature += drift;
-        level ^= usize::from(rng.random_bool(0.01));
+        level ^= usize::from(rng.random_bool(toggling));
         let values = Values {
             count,
             status: sender.status.as_ref().map_or(0, |(_, levels)| levels[level % levels.len()]),
@@ -83,8 +84,8 @@ impl Motion {
         let full = full_scale(field);
         let share = rng.random_range(0.05..0.65);
         let first = rng.random_range(0.5..0.9);
-        // From below one count to hundreds, but never more than a thousandth of the range.
-        let loudest = (full / 1000.0).clamp(1.0, 600.0);
+        // From below one count to hundreds, as far as the range allows.
+        let loudest = (full / 50.0).clamp(1.0, 600.0);
         let mut noise = (0.8f64.ln() + rng.random::<f64>() * (loudest / 0.8).ln()).exp();
         if field.coding == Coding::Float {
             noise = full * 10f64.powf(rng.random_range(-6.0..-3.5));

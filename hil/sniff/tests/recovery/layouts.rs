@@ -81,9 +81,9 @@ pub(crate) fn random_sender(rng: &mut impl Rng) -> Sender {
     Sender { layout, status, rate_hz }
 }
 
-/// One to four bytes; none of them 00 or FF, as in every published sync word.
+/// One to four bytes of any value.
 fn random_sync(rng: &mut impl Rng) -> Vec<u8> {
-    (0..rng.random_range(1..=4)).map(|_| rng.random_range(1..=0xFEu8)).collect()
+    (0..rng.random_range(1..=4)).map(|_| rng.random()).collect()
 }
 
 fn number(role: Role, at: usize, bytes: usize, bits: u32, coding: Coding) -> Field {
