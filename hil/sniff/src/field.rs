@@ -17,6 +17,9 @@ const BLOCKS: usize = 96;
 /// Bits that one more field costs: settles a tie in favour of the longer number.
 const FIELD_BITS: f64 = 0.06;
 
+/// What a window costs more whose top digit leaps by itself.
+const STRANGER_BITS: f64 = 1.0;
+
 /// A run of columns that is one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Window {
@@ -95,7 +98,28 @@ fn bits_of(frames: &Frames<'_>, triples: &[Triple], window: Window) -> f64 {
     let whole = frames.digit_bits * u32::try_from(window.bytes).unwrap_or(4);
     let moving = active_bits(&codes, whole);
     let cost = |width| mean_block_bits(&codes, width);
-    if moving < whole { cost(whole).min(cost(moving)) } else { cost(whole) }
+    let bits = if moving < whole { cost(whole).min(cost(moving)) } else { cost(whole) };
+    let top = window.bytes > 1 && top_jumps(&codes, whole, frames.digit_bits);
+    if top { bits + STRANGER_BITS } else { bits }
+}
+
+/// Whether the top digit belongs to something else: where it changes, the number does not glide
+/// through the change but leaps, far beyond its steps before and after.
+fn top_jumps(codes: &[[u64; RUN]], whole: u32, digit_bits: u32) -> bool {
+    let (mut changes, mut leaps) = (0, 0);
+    for block in codes.chunks(BLOCK).filter(|block| 2 * block.len() >= BLOCK) {
+        let step = |[_, b, c]: &[u64; RUN]| magnitude(c.wrapping_sub(*b), whole);
+        let mut steps: Vec<f64> = block.iter().map(step).collect();
+        steps.sort_by(f64::total_cmp);
+        let usual = steps[steps.len() / 2];
+        for code in block {
+            if code[1] >> (whole - digit_bits) != code[2] >> (whole - digit_bits) {
+                changes += 1;
+                leaps += usize::from(step(code) > 12.0 * usual + 1.0);
+            }
+        }
+    }
+    changes >= 2 && 10 * leaps > 6 * changes
 }
 
 /// Bits up to the highest that changes more often than damage explains.
