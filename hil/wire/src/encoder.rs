@@ -1,6 +1,7 @@
 //! From raw field values to bytes.
 
-use crate::{FrameSpec, MAX_FRAME_LEN};
+use crate::field::When;
+use crate::{FrameSpec, Kind, MAX_CONTENT_LEN, kind};
 
 /// Why a frame was not encoded. Nothing was written and the counter did not move.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -57,41 +58,58 @@ impl Encoder {
         self.next_index
     }
 
-    /// Appends one frame to `out`. `raw` holds one raw value for each field, in file order;
-    /// undeclared bytes are sent as zero.
+    /// Appends one frame to `out`. `raw` holds one raw value for each field, in file order; the
+    /// value of a field that this frame does not carry is not looked at. Undeclared bits are sent
+    /// as zero.
     ///
     /// # Errors
     /// [`EncodeError`] when `raw` does not fit the layout. Values are not saturated here:
     /// [`crate::FieldSpec::from_si`] and the gyro model do that, knowing why.
     pub fn encode(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         self.refuse_unfit(raw)?;
-        let mut buffer = [0; MAX_FRAME_LEN];
-        let frame = &mut buffer[..self.spec.len];
-        frame[..self.spec.sync.len()].copy_from_slice(&self.spec.sync);
+        let mut buffer = [0; MAX_CONTENT_LEN];
+        let content = &mut buffer[..self.spec.len];
+        if !is_text(&self.spec) {
+            content[..self.spec.sync.len()].copy_from_slice(&self.spec.sync);
+        }
         for (field, value) in self.spec.fields.iter().zip(raw) {
-            field.write(*value, frame);
+            if carried(field.when, raw) {
+                field.write(*value, content);
+            }
         }
         if let Some(sequence) = &self.spec.sequence {
-            sequence.write(self.next_index, frame);
+            sequence.write(self.next_index, content);
         }
-        self.spec.check.write(frame);
-        out.extend_from_slice(frame);
+        if !is_text(&self.spec) {
+            self.spec.check.write(content);
+        }
+        kind::emit(&self.spec, content, out);
         self.next_index = self.next_index.wrapping_add(1);
         Ok(())
     }
 
-    fn refuse_unfit(&self, raw: &[i64]) -> Result<(), EncodeError> {
+    fn refuse_unfit(&self, all: &[i64]) -> Result<(), EncodeError> {
         let fields = &self.spec.fields;
-        if raw.len() != fields.len() {
-            return Err(EncodeError::FieldCount { found: raw.len(), expected: fields.len() });
+        if all.len() != fields.len() {
+            return Err(EncodeError::FieldCount { found: all.len(), expected: fields.len() });
         }
-        for (field, &raw) in fields.iter().zip(raw) {
+        for (field, &raw) in fields.iter().zip(all) {
             let (min, max) = (field.raw_min(), field.raw_max());
-            if !(min..=max).contains(&raw) {
+            if carried(field.when, all) && !(min..=max).contains(&raw) {
                 let field = field.name.clone();
                 return Err(EncodeError::RawOutOfRange { field, raw, min, max });
             }
         }
         Ok(())
     }
+}
+
+/// Whether a frame with these raw values carries a field under this condition.
+fn carried(when: Option<When>, raw: &[i64]) -> bool {
+    when.is_none_or(|when| raw[when.field] == when.equals)
+}
+
+/// A line of text has its prefix and its check outside the record.
+fn is_text(spec: &FrameSpec) -> bool {
+    spec.kind() == Kind::Ascii
 }

@@ -31,20 +31,33 @@
 //! here: no port, no clock, and no frame file is embedded. Units change in [`FieldSpec`] and
 //! nowhere else.
 
-mod crc16;
+mod check;
+mod crc;
 mod decoder;
 mod encoder;
+mod evidence;
 mod field;
+mod frame;
+mod framing;
+mod kind;
+mod loss;
 mod parse;
+mod place;
 mod sequence;
 mod spec;
 
-pub use crc16::{Crc16, Crc16Params};
-pub use decoder::{Counters, Decoder, Frame};
+pub use check::{CheckKind, CheckSpec};
+pub use crc::{Crc, CrcParams};
+pub use decoder::{Counters, Decoder};
 pub use encoder::{EncodeError, Encoder};
+pub use evidence::{BELIEF_BITS, Evidence};
 pub use field::{Coding, Endian, FieldSpec, Unit};
+pub use frame::Frame;
+pub use framing::Kind;
+pub use loss::LossResolver;
 pub use spec::{
-    CheckSpec, FlagSpec, FrameSpec, LineSpec, Parity, Provenance, SequenceSpec, TimingSpec,
+    FlagSpec, FrameSpec, LineSpec, Parity, PlausibleSpec, Provenance, SequenceSpec, TimeSource,
+    TimingSpec,
 };
 
 /// Longest frame that a file may declare, bytes. Every gyro frame in use is far shorter.
@@ -55,3 +68,9 @@ pub const MAX_SYNC_LEN: usize = 8;
 pub const MAX_FIELDS: usize = 16;
 /// Most named status bits in a frame.
 pub const MAX_FLAGS: usize = 32;
+/// Longest line of text that is a frame, bytes, its end included.
+pub const MAX_LINE_LEN: usize = 128;
+/// Most frames in a row that may be asked for before any is believed.
+pub const MAX_CONFIRM: usize = 24;
+/// Longest content: a line of text has eight bytes for each column.
+const MAX_CONTENT_LEN: usize = 8 * MAX_FIELDS;

@@ -1,7 +1,10 @@
 //! What a frame file declares, once it has been found consistent.
 
-use crate::field::{Coding, Endian, FieldSpec, read_code, write_code};
-use crate::{Crc16, parse};
+use crate::evidence::Evidence;
+use crate::field::{Coding, Endian, FieldSpec};
+use crate::framing::{Framing, Kind};
+use crate::place::Place;
+use crate::{CheckSpec, parse};
 
 /// A declared frame layout with its line and its timing.
 ///
@@ -11,12 +14,15 @@ use crate::{Crc16, parse};
 pub struct FrameSpec {
     pub(crate) name: String,
     pub(crate) provenance: Provenance,
+    pub(crate) framing: Framing,
     pub(crate) sync: Vec<u8>,
     pub(crate) len: usize,
     pub(crate) fields: Vec<FieldSpec>,
     pub(crate) flags: Vec<FlagSpec>,
     pub(crate) check: CheckSpec,
     pub(crate) sequence: Option<SequenceSpec>,
+    pub(crate) plausible: Option<PlausibleSpec>,
+    pub(crate) evidence: Evidence,
     pub(crate) line: LineSpec,
     pub(crate) timing: TimingSpec,
 }
@@ -61,78 +67,36 @@ impl FlagSpec {
     }
 }
 
-/// A CRC-16 over consecutive bytes of the frame.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CheckSpec {
-    pub(crate) crc: Crc16,
-    pub(crate) first: usize,
-    pub(crate) last: usize,
-    pub(crate) at: usize,
-    pub(crate) endian: Endian,
-}
-
-impl CheckSpec {
-    /// Bytes that the check occupies.
-    pub(crate) const BYTES: usize = 2;
-
-    /// The algorithm.
-    #[must_use]
-    pub const fn crc(&self) -> &Crc16 {
-        &self.crc
-    }
-
-    /// First and last byte covered, both included.
-    #[must_use]
-    pub const fn range(&self) -> (usize, usize) {
-        (self.first, self.last)
-    }
-
-    /// Offset of its first byte in the frame.
-    #[must_use]
-    pub const fn at(&self) -> usize {
-        self.at
-    }
-
-    /// Byte order of the stored value.
-    #[must_use]
-    pub const fn endian(&self) -> Endian {
-        self.endian
-    }
-
-    #[inline]
-    pub(crate) fn holds(&self, frame: &[u8]) -> bool {
-        let computed = self.crc.checksum(&frame[self.first..=self.last]);
-        let stored = read_code(&frame[self.at..self.at + Self::BYTES], self.endian);
-        u64::from(computed) == stored
-    }
-
-    pub(crate) fn write(&self, frame: &mut [u8]) {
-        let computed = self.crc.checksum(&frame[self.first..=self.last]);
-        let stored = &mut frame[self.at..self.at + Self::BYTES];
-        write_code(u64::from(computed), self.endian, stored);
-    }
-}
-
 /// The gyro's own frame counter: the one witness of lost frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SequenceSpec {
-    pub(crate) at: usize,
-    pub(crate) bytes: usize,
+    pub(crate) place: Place,
     pub(crate) modulus: u64,
-    pub(crate) endian: Endian,
 }
 
 impl SequenceSpec {
-    /// Offset of its first byte in the frame.
+    /// Offset of its first byte in the frame; in a line of text, eight times its column.
     #[must_use]
     pub const fn at(&self) -> usize {
-        self.at
+        self.place.at
     }
 
     /// Width, bits.
     #[must_use]
     pub const fn bits(&self) -> usize {
-        self.bytes * 8
+        self.place.bits as usize
+    }
+
+    /// Bytes of the container that holds the bits.
+    #[must_use]
+    pub const fn bytes(&self) -> usize {
+        self.place.bytes
+    }
+
+    /// Lowest bit in the container.
+    #[must_use]
+    pub const fn shift(&self) -> usize {
+        self.place.shift as usize
     }
 
     /// The counter runs from 0 to one less than this, then starts again.
@@ -144,18 +108,26 @@ impl SequenceSpec {
     /// Byte order.
     #[must_use]
     pub const fn endian(&self) -> Endian {
-        self.endian
+        self.place.endian
     }
 
     #[inline]
     pub(crate) fn read(&self, frame: &[u8]) -> u64 {
-        read_code(&frame[self.at..self.at + self.bytes], self.endian)
+        self.place.read(frame)
     }
 
     pub(crate) fn write(&self, index: u64, frame: &mut [u8]) {
-        let bytes = &mut frame[self.at..self.at + self.bytes];
-        write_code(index % self.modulus, self.endian, bytes);
+        self.place.write(index % self.modulus, frame);
     }
+}
+
+/// What is credible of the field `rate`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlausibleSpec {
+    /// Index of the field.
+    pub field: usize,
+    /// Largest credible difference between consecutive frames, in the field's SI unit.
+    pub step_max_si: f64,
 }
 
 /// Parity bit of a character on the line.
@@ -201,6 +173,17 @@ pub struct TimingSpec {
     pub rate_hz: f64,
     /// How far the true rate may lie from the nominal one, as a fraction of it.
     pub rate_tolerance: f64,
+    /// What tells a frame's instant.
+    pub time: TimeSource,
+}
+
+/// What tells a frame's instant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeSource {
+    /// The gyro's frame counter and the nominal rate.
+    Counter,
+    /// When its bytes arrive.
+    Arrival,
 }
 
 impl FrameSpec {
@@ -226,16 +209,55 @@ impl FrameSpec {
         self.provenance
     }
 
-    /// The bytes every frame starts with; never empty.
+    /// How frames are told apart.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
+        match self.framing {
+            Framing::Fixed { .. } => Kind::Fixed,
+            Framing::Septet => Kind::Septet,
+            Framing::Cobs => Kind::Cobs,
+            Framing::Ascii(_) => Kind::Ascii,
+        }
+    }
+
+    /// The bytes every frame starts with; empty for COBS, and for lines without a prefix.
     #[must_use]
     pub fn sync(&self) -> &[u8] {
         &self.sync
     }
 
-    /// Length of a frame, bytes, sync and check included.
+    /// The bits of the sync word that count, as long as the word; empty when all do.
+    #[must_use]
+    pub fn sync_mask(&self) -> &[u8] {
+        match &self.framing {
+            Framing::Fixed { mask } => mask,
+            _ => &[],
+        }
+    }
+
+    /// Length of a frame's content, bytes: sync and check included, COBS coding left out. A line
+    /// of text has eight bytes for each column.
     #[must_use]
     pub const fn frame_len(&self) -> usize {
         self.len
+    }
+
+    /// Bytes that a frame takes on the wire; the most it can take for a line of text.
+    #[must_use]
+    pub const fn wire_len(&self) -> usize {
+        match &self.framing {
+            Framing::Fixed { .. } | Framing::Septet => self.len,
+            Framing::Cobs => self.len + 2,
+            Framing::Ascii(text) => text.longest - text.padding,
+        }
+    }
+
+    /// The most bytes that can be one frame to the decoder.
+    pub(crate) const fn longest(&self) -> usize {
+        match &self.framing {
+            Framing::Ascii(text) => text.longest,
+            _ => self.wire_len(),
+        }
     }
 
     /// The fields in the order of the file; indices into it are stable for the life of the spec.
@@ -274,6 +296,18 @@ impl FrameSpec {
         self.sequence
     }
 
+    /// What is credible of the rate, when the file says.
+    #[must_use]
+    pub const fn plausible(&self) -> Option<PlausibleSpec> {
+        self.plausible
+    }
+
+    /// How hard it is for noise to pass as a frame.
+    #[must_use]
+    pub const fn evidence(&self) -> Evidence {
+        self.evidence
+    }
+
     /// The serial line.
     #[must_use]
     pub const fn line(&self) -> LineSpec {
@@ -289,11 +323,11 @@ impl FrameSpec {
     /// Bits per second on the line at the nominal rate, start and stop bits included.
     #[must_use]
     pub fn bits_per_s(&self) -> f64 {
-        self.len as f64 * f64::from(self.line.bits_per_byte()) * self.timing.rate_hz
+        self.wire_len() as f64 * f64::from(self.line.bits_per_byte()) * self.timing.rate_hz
     }
 
     /// Fields that may hold flags.
     pub(crate) fn may_hold_flags(field: &FieldSpec) -> bool {
-        field.coding == Coding::Unsigned
+        matches!(field.coding, Coding::Unsigned | Coding::Hex { .. })
     }
 }
