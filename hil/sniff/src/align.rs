@@ -112,7 +112,7 @@ fn step(emit: &[i16], last: &[i16], least: i16, next: &mut [i16], moves: &mut [u
         let inserted = here + (SLIP + FOREIGN + INSERTED);
         let jumped = least + emit + (JUMP + JUMPED);
         let best = advanced.min(dropped).min(inserted.min(jumped));
-        *taken = (best & MOVE_MASK).cast_unsigned() as u8;
+        *taken = (best & MOVE_MASK).to_le_bytes()[0];
         *next = (best & !MOVE_MASK) - least;
     }
 }

@@ -36,6 +36,8 @@ pub(crate) struct Discovery {
     pub(crate) next_excursion: f64,
     /// The rate's top byte never changed.
     pub(crate) constant_top: bool,
+    /// Lowest bytes of the rate that are noise throughout.
+    pub(crate) noisy_bytes: usize,
 }
 
 /// The likeliest layout of `bytes`.
@@ -62,6 +64,13 @@ pub(crate) fn discover(bytes: &[u8]) -> Option<Discovery> {
     describe(bytes, &likeliest, Kind::Fixed, &[])
 }
 
+/// The likeliest layout of frames of this length.
+pub(crate) fn discover_at(bytes: &[u8], len: usize) -> Option<Discovery> {
+    let framing = length::widen(bytes, len)?;
+    let places = places_in(bytes, &framing, false);
+    describe(bytes, &framing, Kind::Fixed, &places)
+}
+
 fn places_in(bytes: &[u8], framing: &Framing, seven_bits: bool) -> Vec<Place> {
     let constant = rows_of(bytes, framing, 8).constant(None);
     check::search(bytes, framing, &constant, seven_bits)
@@ -74,7 +83,7 @@ fn rows_of<'a>(bytes: &'a [u8], framing: &Framing, digit_bits: u32) -> Frames<'a
 /// Two short frames look like a long one: a half, third or quarter with the same check is it.
 fn shortest(bytes: &[u8], framing: Framing, places: Vec<Place>) -> (Framing, Vec<Place>) {
     for part in [4, 3, 2] {
-        if framing.len % part != 0 || framing.len / part < LEN_MIN {
+        if !framing.len.is_multiple_of(part) || framing.len / part < LEN_MIN {
             continue;
         }
         let Some(shorter) = length::widen(bytes, framing.len / part) else { continue };
@@ -120,6 +129,7 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
     let mut moved = rate::name_fields(&frames, &windows);
     let constant_top = extend_sign(&frames, &mut moved, &constant, sync_len);
     let (excursion, next_excursion) = excursions(&moved);
+    let noisy_bytes = moved.iter().find(|m| m.field.role == Role::Rate).map_or(0, Moved::noisy_bytes);
     let mut fields: Vec<Field> = moved.iter().map(|moved| moved.field).collect();
     fields.sort_by_key(|field| (field.at, field.role));
 
@@ -142,6 +152,7 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
         excursion,
         next_excursion,
         constant_top,
+        noisy_bytes,
         layout,
     })
 }

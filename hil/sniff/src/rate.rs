@@ -18,6 +18,15 @@ pub(crate) struct Moved {
     noise: f64,
 }
 
+impl Moved {
+    /// Lowest bytes that show nothing but noise: its steps are many times what they can tell.
+    pub(crate) fn noisy_bytes(&self) -> usize {
+        let steps = self.noise * f64::from(self.field.bits).exp2();
+        let whole = |bytes: &usize| steps > 8.0 * f64::from(8 * u32::try_from(*bytes).unwrap_or(4)).exp2();
+        if self.field.coding == Coding::Float { 0 } else { (1..3).take_while(whole).count() }
+    }
+}
+
 /// Names every window; the rate is the field that moves most, at rest the noisiest.
 pub(crate) fn name_fields(frames: &Frames<'_>, windows: &[Window]) -> Vec<Moved> {
     let mut moved: Vec<Moved> = windows.iter().map(|window| measure(frames, *window)).collect();

@@ -25,22 +25,22 @@ fn draft() {
                 let sender = random_sender(&mut rng);
                 let bytes = capture(&sender, Conditions { seconds: env("SEC", 8.0), corrupted, turned }, &mut rng);
                 let (new, rates) = fresh(&sender.layout, 600, &mut rng);
-                if env("ONE", 0.0) > 0.0 { struna_sniff::debug(&bytes); }
+                
                 let t = std::time::Instant::now();
-                let guess = struna_sniff::draft(&bytes);
+                let report = struna_sniff::sniff(&bytes, None); let guess = report.proposals.first().and_then(|p| p.layout()).cloned();
                 let dt = t.elapsed().as_secs_f64();
                 let g = guess.as_ref().map_or(Grade::default(), |guess| grade(guess, &sender.layout, &new, &rates));
                 if verbose && !g.is_functional() && (turned || env("V", 0.0) > 1.0) {
                     eprintln!("seed {seed} corr {corrupted} turned {turned} bytes {} status {:?}\n  {g:?}\n  TRUE {:?}\n  GUESS {:?}", bytes.len(), sender.status, brief(&sender.layout), guess.as_ref().map(brief));
                 }
-                v.push((g, dt));
+                v.push((g, dt, matches!(report.verdict, struna_sniff::Verdict::Confirmed{..})));
             } v };
         let (a, b) = std::thread::scope(|s| { let h = s.spawn(|| run(0)); let b = run(1); (h.join().unwrap(), b) });
         let all: Vec<_> = a.into_iter().chain(b).collect();
-        let share = |f: &dyn Fn(&Grade) -> bool| all.iter().filter(|(g, _)| f(g)).count() as f64 / all.len() as f64;
+        let share = |f: &dyn Fn(&Grade) -> bool| all.iter().filter(|(g, ..)| f(g)).count() as f64 / all.len() as f64;
         let mut t: Vec<f64> = all.iter().map(|x| x.1 * 1e3).collect(); t.sort_by(f64::total_cmp);
         eprintln!("corr {corrupted} turned {turned}: len {:.3} sync {:.3} counter {:.3} check {:.3} rate {:.3} FUNCTIONAL {:.4}  ms {:.0}/{:.0}/{:.0}",
-            share(&|g| g.len), share(&|g| g.sync), share(&|g| g.counter), share(&|g| g.check), share(&|g| g.rate), share(&|g| g.is_functional()), t[t.len()/2], t[t.len()*95/100], t[t.len()-1]);
+            share(&|g| g.len), share(&|g| g.sync), share(&|g| g.counter), share(&|g| g.check), share(&|g| g.rate), share(&|g| g.is_functional()), t[t.len()/2], t[t.len()*95/100], t[t.len()-1]); eprintln!("corr confirmed {} of them wrong {}", all.iter().filter(|x| x.2).count(), all.iter().filter(|x| x.2 && !x.0.is_functional()).count());
     }
 }
 fn brief(l: &struna_sniff::Layout) -> String {
