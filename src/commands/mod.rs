@@ -3,6 +3,7 @@
 #![expect(clippy::print_stdout, reason = "commands talk to the person who typed them")]
 
 mod compare;
+mod faults;
 mod fmu;
 mod run;
 mod truth;
@@ -46,6 +47,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         }
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
+        Command::Faults(args) => faults::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
     }
 }
