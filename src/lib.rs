@@ -10,6 +10,7 @@ pub mod characterize;
 pub mod cli;
 pub mod commands;
 pub mod compare;
+pub mod faults;
 pub mod figure;
 pub mod fmu;
 pub mod hil;

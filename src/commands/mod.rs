@@ -4,6 +4,7 @@
 
 mod characterize;
 mod compare;
+mod faults;
 mod fmu;
 mod gyro;
 mod hil;
@@ -55,6 +56,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Characterize(args) => characterize::execute(&args),
         Command::Hil(args) => hil::execute(&args),
         Command::Ports(args) => ports::execute(&args),
+        Command::Faults(args) => faults::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
         Command::Gyro(command) => gyro::execute(&command),
     }
