@@ -10,6 +10,7 @@
 
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
+mod allan;
 mod batch;
 mod chain;
 mod decoder;
@@ -25,7 +26,7 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 7] = [
+const PARTS: [Part; 8] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
@@ -33,6 +34,7 @@ const PARTS: [Part; 7] = [
     ("rapier", rapier::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
+    ("allan", allan::rows),
 ];
 
 fn main() -> Result<()> {

@@ -16,7 +16,8 @@
 //!     record.push(f64::from(gyro.sample(0.0).counts.0) * params.lsb_rad_s);
 //! }
 //! let found = characterise(&record, &Options::default())?;
-//! let Verdict::Estimated { interval: [low, high], .. } = found.verdict(Term::AngleRandomWalk) else {
+//! let walk = found.verdict(Term::AngleRandomWalk);
+//! let Verdict::Estimated { interval: [low, high], .. } = walk else {
 //!     panic!("a minute is enough for the angle random walk");
 //! };
 //! assert!((low..high).contains(&params.angle_random_walk_rad_sqrt_s));
