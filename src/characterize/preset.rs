@@ -86,6 +86,8 @@ fn noise(text: &mut String, of: &Characterized, term: Term) {
 
 fn put(text: &mut String, key: &str, value: f64, provenance: &str, note: &str) {
     let (provenance, note) = (quoted(provenance), quoted(note));
+    // No record knows a ninth digit.
+    let value: f64 = format!("{value:.7e}").parse().unwrap_or(value);
     let entry = format!("{{ value = {value:?}, provenance = {provenance}, note = {note} }}");
     let _ = writeln!(text, "{key} = {entry}");
 }
