@@ -163,7 +163,7 @@ pub struct Characterize {
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<String>,
     /// Samples per second [default: what the column of time says]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub sample_rate: Option<f64>,
     /// Column of the time in s, which tells what was lost [default: time, if there]
     #[arg(long, value_name = "NAME")]
@@ -172,7 +172,7 @@ pub struct Characterize {
     #[arg(long, value_name = "NAME")]
     pub index_column: Option<String>,
     /// Bandwidth of the gyro; noise at shorter averaging times is left out of the fit
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub bandwidth_hz: Option<f64>,
     /// Samples per average in the laboratory's statistic
     #[arg(long, value_name = "M", default_value_t = 10, value_parser = samples)]

@@ -38,6 +38,7 @@ const BORDERS: &[(&str, &str)] = &[
     ("rapier3d-f64", "struna-body"),
     ("plotters", "struna"),
     ("clap", "struna"),
+    ("statrs", "struna-gyro"),
 ];
 
 struct Graph {

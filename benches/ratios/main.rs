@@ -10,6 +10,7 @@
 
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
+mod allan;
 mod batch;
 mod chain;
 mod decoder;
@@ -35,6 +36,7 @@ const PARTS: [Part; 8] = [
     ("gyro", gyro::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
+    ("allan", allan::rows),
 ];
 
 fn main() -> Result<()> {

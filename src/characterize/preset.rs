@@ -12,10 +12,11 @@ const TERMS: [Term; 4] =
 
 /// What a preset must say and no record at rest can.
 const UNKNOWN: &str = r#"
-# A record at rest does not show these. Write in what the gyro has.
+# A record at rest does not show these: write in what the gyro has. The step is finer than any,
+# because the measured noise holds that of the gyro's own rounding.
 kind = { value = "mems", provenance = "invented", note = "fog or mems" }
 rate_max_deg_s = { value = 250.0, provenance = "invented" }
-lsb_deg_s = { value = 3.0517578125e-5, provenance = "invented", note = "finer than any: the measured noise holds that of the gyro's own rounding" }
+lsb_deg_s = { value = 3.0517578125e-5, provenance = "invented", note = "noise holds the rounding" }
 counts_bits = { value = 24, provenance = "invented" }
 "#;
 
@@ -85,6 +86,8 @@ fn noise(text: &mut String, of: &Characterized, term: Term) {
 
 fn put(text: &mut String, key: &str, value: f64, provenance: &str, note: &str) {
     let (provenance, note) = (quoted(provenance), quoted(note));
+    // No record knows a ninth digit.
+    let value: f64 = format!("{value:.7e}").parse().unwrap_or(value);
     let entry = format!("{{ value = {value:?}, provenance = {provenance}, note = {note} }}");
     let _ = writeln!(text, "{key} = {entry}");
 }

@@ -3,15 +3,18 @@
 use super::Characterized;
 use super::unit::{DEG_H, of_term, on_data_sheet, plain, significant};
 use std::fmt::{self, Display, Formatter};
-use struna_gyro::characterise::{AllanPoint, LabStatistic, MISFIT_REFUSED, Term, Verdict};
+use struna_gyro::characterise::{AllanPoint, LabStatistic, MISFIT_REFUSED, Reason, Term, Verdict};
 use struna_kernel::RAD_PER_DEG;
 
 /// Rows per decade of the printed table; the JSON file has all.
 const ROWS_PER_DECADE: f64 = 3.0;
 /// A misfit from which on the slopes are no good description.
 const MISFIT_MAX: f64 = 3.0;
-/// A record whose averages' variance is so many times that of white noise is not white.
+/// Averages whose variance is so many times that of white noise are not white, unless there are so
+/// few of them that chance does as much.
 const EXCESS_MIN: f64 = 1.5;
+/// Standard errors of a variance that chance is given.
+const CHANCE_SIGMAS: f64 = 4.0;
 
 impl Display for Characterized {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -33,7 +36,8 @@ impl Characterized {
             let longest_s = record.longest_stretch() as f64 / record.sample_rate_hz();
             writeln!(
                 f,
-                "{} samples lost in {} gaps; no average reaches over one, the longest stretch is {}",
+                "{} samples lost in {} gaps; no average reaches over one; the longest stretch is \
+                 {}",
                 record.lost(),
                 record.stretches().len() - 1,
                 time(longest_s)
@@ -61,6 +65,9 @@ impl Characterized {
 
     fn write_coefficients(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f)?;
+        if let Some(reason) = self.common_refusal() {
+            return writeln!(f, "no coefficient: {reason}");
+        }
         for term in Term::ALL {
             let (unit, ..) = of_term(term);
             let number = |value| significant(on_data_sheet(term, value), 3);
@@ -77,6 +84,13 @@ impl Characterized {
             }
         }
         self.write_warnings(f)
+    }
+
+    /// Why there is no answer for any term, when it is the same for all.
+    fn common_refusal(&self) -> Option<Reason> {
+        let [Verdict::Refused { reason }, rest @ ..] = &self.found.verdicts else { return None };
+        let same = |other: &Verdict| *other == Verdict::Refused { reason: *reason };
+        rest.iter().all(same).then_some(*reason)
     }
 
     fn write_warnings(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -149,7 +163,8 @@ fn write_averaging(f: &mut Formatter<'_>, lab: &LabStatistic) -> fmt::Result {
         // Rounded first: a minus before zero says nothing.
         format!("{:.2}", (100.0 * c).round() / 100.0 + 0.0)
     });
-    if excess > EXCESS_MIN {
+    let chance = CHANCE_SIGMAS * (2.0 / lab.averages as f64).sqrt();
+    if excess > EXCESS_MIN.max(1.0 + chance) {
         write!(
             f,
             "\naveraging {m} samples does not divide sigma by sqrt({m}): the variance is {} times \

@@ -32,7 +32,7 @@ pub fn degrees_of_freedom(term: Term, points: usize, factor: usize) -> f64 {
             (n - 2.0) / m * spread / (n - 3.0).powi(2)
         }
     };
-    // Three averages, the fewest that are used, leave at least one; the formulas mean nothing below.
+    // Three averages, the fewest that are used, leave at least one; below, nothing holds.
     if points > 3 && edf >= 1.0 { edf } else { 1.0 }
 }
 

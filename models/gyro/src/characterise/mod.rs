@@ -6,21 +6,22 @@
 //!
 //! ```
 //! use struna_gyro::characterise::{Options, RateRecord, Term, Verdict, characterise};
-//! use struna_gyro::{Gyro, datasheet};
-//! use struna_kernel::Seed;
+//! use struna_kernel::{Channel, RandomStream, Seed};
 //!
-//! let params = datasheet::vg910d();
-//! let mut gyro = Gyro::new(params, Seed(1), 0)?;
-//! let mut record = RateRecord::new(params.sample_rate_hz)?;
+//! // A minute at 300 Hz of white noise: N is the deviation over the root of the sample rate.
+//! let (sample_rate_hz, walk_rad_sqrt_s) = (300.0_f64, 2e-5);
+//! let mut noise = RandomStream::new(Seed(1), Channel::GyroAngleRandomWalk, 0);
+//! let mut record = RateRecord::new(sample_rate_hz)?;
 //! for _ in 0..60 * 300 {
-//!     record.push(f64::from(gyro.sample(0.0).counts.0) * params.lsb_rad_s);
+//!     record.push(walk_rad_sqrt_s * sample_rate_hz.sqrt() * noise.standard_normal());
 //! }
 //! let found = characterise(&record, &Options::default())?;
-//! let Verdict::Estimated { interval: [low, high], .. } = found.verdict(Term::AngleRandomWalk) else {
+//! let walk = found.verdict(Term::AngleRandomWalk);
+//! let Verdict::Estimated { interval: [low, high], .. } = walk else {
 //!     panic!("a minute is enough for the angle random walk");
 //! };
-//! assert!((low..high).contains(&params.angle_random_walk_rad_sqrt_s));
-//! // It is not enough for anything else.
+//! assert!((low..high).contains(&walk_rad_sqrt_s));
+//! // It is not enough for anything that changes more slowly.
 //! assert!(matches!(found.verdict(Term::BiasInstability), Verdict::Refused { .. }));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
