@@ -8,6 +8,7 @@ pub mod backend;
 pub mod cli;
 pub mod commands;
 pub mod compare;
+pub mod emulate;
 pub mod figure;
 pub mod fmu;
 pub mod in_process;

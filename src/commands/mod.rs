@@ -3,6 +3,7 @@
 #![expect(clippy::print_stdout, reason = "commands talk to the person who typed them")]
 
 mod compare;
+mod emulate;
 mod fmu;
 mod run;
 mod truth;
@@ -44,6 +45,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
                 if args.realtime { run::Speed::RealTime } else { run::Speed::AsFastAsPossible };
             run::execute(scenario, args.out, speed)
         }
+        Command::Emulate(args) => emulate::execute(&args),
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
