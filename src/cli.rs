@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
+use struna_kernel::SimTime;
 
 /// Co-simulation and hardware-in-the-loop bench for a string-suspended body watched by gyros.
 #[derive(Debug, Parser)]
@@ -33,6 +34,14 @@ Writes record.csv, score.json, figure.svg and the FMUs into the folder.")]
 
 Ctrl-C ends the run early; what came until then is recorded and scored.")]
     Run(Run),
+    /// Stand in for the gyro of a scenario on a virtual serial port, in real time
+    #[command(after_help = "Examples:
+  struna emulate scenarios/swing.toml
+  struna emulate scenarios/swing.toml --link vg910d --wait-for-client
+  struna emulate scenarios/swing.toml --duration 60 --rt --log emissions.csv
+
+Prints the port to open. Frames that nobody listens to are gone, as with a real gyro. Ctrl-C ends it.")]
+    Emulate(Emulate),
     /// Write the truth motion of a scenario as CSV, without gyro or filters
     #[command(after_help = "Example:
   struna truth scenarios/swing.toml --csv truth.csv")]
@@ -118,6 +127,56 @@ pub struct Run {
     /// Send each frame at its own time instead of as fast as possible
     #[arg(long)]
     pub realtime: bool,
+}
+
+/// Arguments of `struna emulate`.
+#[derive(Debug, Args)]
+pub struct Emulate {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Lasting name for the port [default: $XDG_RUNTIME_DIR/struna/NAME]
+    #[arg(long, value_name = "PATH")]
+    pub link: Option<PathBuf>,
+    /// Seed in place of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Length in simulated seconds in place of the scenario's
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub duration: Option<SimTime>,
+    /// Simulated seconds in one of the clock
+    #[arg(long, value_name = "X", default_value = "1", value_parser = speed)]
+    pub speed: f64,
+    /// Start the clock when somebody opens the port
+    #[arg(long)]
+    pub wait_for_client: bool,
+    /// Let clients come in within a frame, as they do with a real gyro
+    #[arg(long)]
+    pub mid_frame: bool,
+    /// Ask for real-time priority and locked memory; goes on without
+    #[arg(long)]
+    pub rt: bool,
+    /// CSV file for the instants of each frame on the monotonic clock
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+}
+
+/// Longest duration that can be typed, s: the same as in a scenario.
+const DURATION_S_MAX: f64 = 1e7;
+/// Fastest and slowest pace.
+const SPEED_MAX: f64 = 1000.0;
+
+fn duration(text: &str) -> Result<SimTime, &'static str> {
+    let usable = |s: &f64| *s > 0.0 && *s <= DURATION_S_MAX;
+    let duration_s = text.parse().ok().filter(usable);
+    duration_s
+        .and_then(|duration_s| SimTime::from_s(duration_s).ok())
+        .ok_or("write a number of seconds greater than 0, at most 1e7")
+}
+
+fn speed(text: &str) -> Result<f64, &'static str> {
+    let usable = |speed: &f64| (1.0 / SPEED_MAX..=SPEED_MAX).contains(speed);
+    text.parse().ok().filter(usable).ok_or("write a number from 0.001 to 1000")
 }
 
 /// Arguments of `struna truth`.

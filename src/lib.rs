@@ -11,6 +11,7 @@ pub mod cli;
 pub mod commands;
 pub mod compare;
 pub mod faults;
+pub mod emulate;
 pub mod figure;
 pub mod fmu;
 pub mod hil;

@@ -5,6 +5,7 @@
 mod characterize;
 mod compare;
 mod faults;
+mod emulate;
 mod fmu;
 mod gyro;
 mod hil;
@@ -51,6 +52,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
                 if args.realtime { run::Speed::RealTime } else { run::Speed::AsFastAsPossible };
             run::execute(scenario, args.out, speed)
         }
+        Command::Emulate(args) => emulate::execute(&args),
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
         Command::Characterize(args) => characterize::execute(&args),

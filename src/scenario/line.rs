@@ -8,15 +8,8 @@ use struna_settings::{Result, Table, Value};
 use struna_wire::{FrameSpec, Parity};
 
 /// What `[line]` may hold.
-pub(super) const KEYS: [&str; 7] = [
-    "frame",
-    "baud",
-    "latency_us",
-    "bridge",
-    "packet_bytes",
-    "latency_timer_ms",
-    "usb_frame_us",
-];
+pub(super) const KEYS: [&str; 7] =
+    ["frame", "baud", "latency_us", "bridge", "packet_bytes", "latency_timer_ms", "usb_frame_us"];
 /// What belongs to a USB bridge alone.
 const BRIDGE_KEYS: [&str; 3] = ["packet_bytes", "latency_timer_ms", "usb_frame_us"];
 

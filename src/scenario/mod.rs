@@ -97,6 +97,12 @@ impl Scenario {
         Self::parse(&text, path)
     }
 
+    /// Symbols per second that its frames take on the line, whatever baud rate that has.
+    #[must_use]
+    pub fn symbols_per_s(&self) -> f64 {
+        line::symbols_per_s(&self.frame, self.gyro.sample_rate_hz)
+    }
+
     /// Parses the text of a scenario file; `path` is for messages and for paths inside.
     ///
     /// # Errors

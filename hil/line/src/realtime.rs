@@ -15,7 +15,8 @@ const SAMPLE_RATE_HZ: u32 = 48_000;
 pub struct RealTime {
     /// Whether the thread runs before all ordinary ones (`SCHED_FIFO`), or why not.
     pub priority: Result<(), String>,
-    /// Whether the program's memory stays in RAM, or why not.
+    /// Whether the memory that the program has by now stays in RAM, or why not. Memory it takes
+    /// later is left out: under a limit, taking it would fail.
     pub memory: Result<(), String>,
 }
 
@@ -28,8 +29,7 @@ impl RealTime {
             // The handle would only serve to give the priority back.
             .map(|_| ())
             .map_err(|error| error.to_string());
-        let memory = mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
-            .map_err(|errno| errno.to_string());
+        let memory = mlockall(MlockAllFlags::CURRENT).map_err(|errno| errno.to_string());
         Self { priority, memory }
     }
 }
