@@ -4,8 +4,8 @@
 
 mod characterize;
 mod compare;
-mod faults;
 mod emulate;
+mod faults;
 mod fmu;
 mod gyro;
 mod hil;

@@ -89,11 +89,7 @@ fn letter(k: usize) -> char {
     char::from(b'a' + u8::try_from(k % 26).unwrap_or(0))
 }
 
-fn write_row(
-    f: &mut fmt::Formatter<'_>,
-    row: &Row,
-    notes: &mut Vec<&'static str>,
-) -> fmt::Result {
+fn write_row(f: &mut fmt::Formatter<'_>, row: &Row, notes: &mut Vec<&'static str>) -> fmt::Result {
     let note = match row.observability {
         Observability::Observable => None,
         Observability::NotObservable(reason) => {
@@ -129,7 +125,10 @@ fn cell(row: &Row, detector: Detector) -> String {
 }
 
 fn ablation(f: &mut fmt::Formatter<'_>, matrix: &Matrix) -> fmt::Result {
-    writeln!(f, "Without a part of the set, these are lost (found before, by how many of a hundred after):")?;
+    writeln!(
+        f,
+        "Without a part of the set, these are lost (found before, by how many of a hundred after):"
+    )?;
     for (k, (part, _)) in Ablation::PARTS.iter().enumerate() {
         let mut lost = Vec::new();
         for stream in &matrix.streams {

@@ -1,12 +1,10 @@
 //! One stretch of one stream, with or without faults, in simulated time.
 
 use super::{Stream, TestMotion};
-use struna_gyro::Gyro;
+use struna_gyro::{Gyro, GyroParams, Sampling};
 use struna_harness::fault::{FaultPlan, FaultRecord};
 use struna_harness::monitor::{Alarm, AlarmChange, Listener};
-use struna_harness::{
-    Emulator, LineEvent, MotionSource, Reference, SourceError, Transmitter,
-};
+use struna_harness::{Emulator, LineEvent, MotionSource, Reference, SourceError, Transmitter};
 use struna_kernel::{SampleGrid, Seed, SimTime};
 use struna_line::LineModel;
 
@@ -30,11 +28,11 @@ pub fn trial(
     seed: Seed,
     run: u64,
 ) -> anyhow::Result<Trial> {
-    let (frame, gyro) = (stream.frame(), Gyro::new(stream.gyro(), seed, run)?);
+    let (frame, gyro) = (stream.frame(), Gyro::new(instantaneous(stream.gyro()), seed, run)?);
     let grid = SampleGrid::new(SimTime::ZERO, stream.gyro().sample_rate_hz)?;
     let emulator = Emulator::new(Box::new(Turntable), gyro, grid, &frame)?;
-    let emulator = emulator.with_sampling(struna_harness::Sampling::Instantaneous);
-    let emulator = emulator.with_faults(struna_harness::fault::Injector::new(plan, &frame, seed, run));
+    let emulator =
+        emulator.with_faults(struna_harness::fault::Injector::new(plan, &frame, seed, run));
     let mut transmitter = Transmitter::new(emulator, LineModel::new(stream.line()));
     let mut host = Host { listener: Listener::new(frame, &stream.declared())?, alarms: Vec::new() };
     for _ in 0..grid.periods_until(SimTime::from_s(duration_s)?) {
@@ -47,6 +45,11 @@ pub fn trial(
     let mut alarms = host.alarms;
     alarms.sort_by_key(|alarm| (alarm.since, alarm.detector));
     Ok(Trial { records: transmitter.fault_records().to_vec(), alarms })
+}
+
+/// The same gyro, of samples that are rates at an instant: the motion knows no integral.
+fn instantaneous(gyro: GyroParams) -> GyroParams {
+    GyroParams { sampling: Sampling::Instantaneous, ..gyro }
 }
 
 /// The receiving end.
@@ -97,6 +100,7 @@ impl MotionSource for Turntable {
             input_rate_rad_s: rate_rad_s,
             spin_rad: f64::NAN,
             rate_rad_s,
+            specific_force_s_m_s2: None,
             twist_rad: None,
             twist_rate_rad_s: None,
         })

@@ -16,22 +16,22 @@
 //! reported and decides nothing. What a [`DevicePort`] loses depends on its client alone.
 
 mod device;
-mod lateness;
 mod host_clock;
+mod lateness;
 mod link;
 mod model;
 mod pacer;
 mod port;
-mod pty;
 mod ports;
+mod pty;
 mod reader;
 mod realtime;
 mod receiver;
 mod stop;
 
 pub use device::{Client, DevicePort, DeviceSettings, PortCounts};
-pub use lateness::{Delays, Lateness};
 pub use host_clock::MonotonicClock;
+pub use lateness::{Delays, Lateness};
 pub use model::{Bridge, LineModel, LineSettings};
 pub use pacer::{Pacer, Waited, monotonic_ns};
 pub use port::{VirtualPort, VirtualPortError};

@@ -129,7 +129,8 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
     let mut moved = rate::name_fields(&frames, &windows);
     let constant_top = extend_sign(&frames, &mut moved, &constant, sync_len);
     let (excursion, next_excursion) = excursions(&moved);
-    let noisy_bytes = moved.iter().find(|m| m.field.role == Role::Rate).map_or(0, Moved::noisy_bytes);
+    let noisy_bytes =
+        moved.iter().find(|m| m.field.role == Role::Rate).map_or(0, Moved::noisy_bytes);
     let mut fields: Vec<Field> = moved.iter().map(|moved| moved.field).collect();
     fields.sort_by_key(|field| (field.at, field.role));
 
@@ -185,9 +186,8 @@ fn phase_by_constants(rows: &Frames<'_>) -> usize {
     };
     let starts = (0..len).filter(|start| constant[*start] && !constant[(start + len - 1) % len]);
     let best = starts.max_by(|a, b| weight(a).total_cmp(&weight(b)).then(b.cmp(a))).unwrap_or(0);
-    let skipped = (0..len)
-        .take_while(|k| constant[(best + k) % len] && dull((best + k) % len))
-        .count();
+    let skipped =
+        (0..len).take_while(|k| constant[(best + k) % len] && dull((best + k) % len)).count();
     let lies_in_run = constant[(best + skipped) % len];
     if lies_in_run { (best + skipped) % len } else { best }
 }
@@ -276,11 +276,15 @@ fn extend_sign(
     };
     let field = &mut rate.field;
     let grown = field.bytes < 4 && frames.digit_bits == 8 && !field.only_channel_zero;
-    let Some(top) = (if field.big_endian { field.at.checked_sub(1) } else { Some(field.at + field.bytes) })
+    let Some(top) =
+        (if field.big_endian { field.at.checked_sub(1) } else { Some(field.at + field.bytes) })
     else {
         return false;
     };
-    if !grown || field.coding != Coding::Twos || top < sync_len || !constant.get(top).is_some_and(|c| *c)
+    if !grown
+        || field.coding != Coding::Twos
+        || top < sync_len
+        || !constant.get(top).is_some_and(|c| *c)
     {
         return false;
     }

@@ -137,9 +137,8 @@ fn alternatives_of(found: &Discovery) -> Vec<Alternative> {
     if run > 1 && covered != run && found.layout.kind == Kind::Fixed {
         open.push(Alternative::SyncLength { least: 1, most: run });
     }
-    let constant: Vec<usize> = (found.layout.sync.len()..run)
-        .chain(found.constant_elsewhere.iter().copied())
-        .collect();
+    let constant: Vec<usize> =
+        (found.layout.sync.len()..run).chain(found.constant_elsewhere.iter().copied()).collect();
     if !constant.is_empty() {
         open.push(Alternative::ConstantBytes(constant));
     }
@@ -186,7 +185,8 @@ fn doubt_about_part(first: &Proposal, bytes: &[u8], second: Option<&[u8]>) -> Op
     if second.is_some() {
         return None;
     }
-    let kept: Vec<u8> = blocks(bytes).filter(|(k, _)| k % HELD_BACK != HELD_BACK - 1)
+    let kept: Vec<u8> = blocks(bytes)
+        .filter(|(k, _)| k % HELD_BACK != HELD_BACK - 1)
         .flat_map(|(_, block)| block.iter().copied())
         .collect();
     let again = of_kind(&kept);

@@ -22,7 +22,8 @@ impl Moved {
     /// Lowest bytes that show nothing but noise: its steps are many times what they can tell.
     pub(crate) fn noisy_bytes(&self) -> usize {
         let steps = self.noise * f64::from(self.field.bits).exp2();
-        let whole = |bytes: &usize| steps > 8.0 * f64::from(8 * u32::try_from(*bytes).unwrap_or(4)).exp2();
+        let whole =
+            |bytes: &usize| steps > 8.0 * f64::from(8 * u32::try_from(*bytes).unwrap_or(4)).exp2();
         if self.field.coding == Coding::Float { 0 } else { (1..3).take_while(whole).count() }
     }
 }

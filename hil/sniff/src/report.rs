@@ -256,7 +256,8 @@ impl Proposal {
     #[must_use]
     pub fn table(&self) -> Vec<[String; 3]> {
         let evidence = &self.evidence;
-        let share = format!("{} frames, {:.1} % of the bytes", evidence.frames, 100.0 * evidence.share);
+        let share =
+            format!("{} frames, {:.1} % of the bytes", evidence.frames, 100.0 * evidence.share);
         let moved = format!("moved over {:.1} % of full scale", 100.0 * evidence.excursion);
         let row = |what: &str, found: String, why: String| [what.to_owned(), found, why];
         match &self.shape {

@@ -68,7 +68,8 @@ pub(crate) fn find(bytes: &[u8]) -> Option<Found> {
     let count = commonest(cells.iter().map(Vec::len))?;
     let rows: Vec<Vec<&str>> = cells.into_iter().filter(|cells| cells.len() == count).collect();
     let column = |k: usize| -> Vec<&str> { rows.iter().map(|row| row[k]).collect() };
-    let mut columns: Vec<Column> = (0..count).map(|k| describe(&column(k))).collect::<Option<_>>()?;
+    let mut columns: Vec<Column> =
+        (0..count).map(|k| describe(&column(k))).collect::<Option<_>>()?;
     let (rate, excursion) = name_rate(&mut columns, &rows)?;
     let wraps = name_counter(&mut columns, &rows, rate);
     let share = as_f64(rows.len()) / as_f64(lines.len().max(1));
@@ -119,7 +120,8 @@ fn mean_count(lines: &[&str], sought: char) -> f64 {
 /// The line before a star and the right check.
 fn unstarred(line: &str) -> Option<&str> {
     let (body, stored) = line.rsplit_once('*')?;
-    let stored = if stored.len() == 2 { u8::from_str_radix(stored, 16).ok()? } else { return None };
+    let stored =
+        if stored.len() == 2 { u8::from_str_radix(stored, 16).ok()? } else { return None };
     let covered = body.strip_prefix('$').unwrap_or(body);
     (covered.bytes().fold(0, |a, b| a ^ b) == stored).then_some(body)
 }

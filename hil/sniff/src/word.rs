@@ -43,9 +43,9 @@ pub(crate) fn find(bytes: &[u8]) -> Option<Found> {
         return None;
     }
     let odd = 2 * hits.iter().filter(|k| parity[**k]).count() > hits.len();
-    let value = [0x00, 0x20, 0x40, 0x60].into_iter().max_by_key(|value| {
-        hits.iter().filter(|hit| bytes[**hit] & SYNC_MASK == *value).count()
-    })?;
+    let value = [0x00, 0x20, 0x40, 0x60]
+        .into_iter()
+        .max_by_key(|value| hits.iter().filter(|hit| bytes[**hit] & SYNC_MASK == *value).count())?;
     let fixed = hits.iter().filter(|hit| bytes[**hit] & SYNC_MASK == value).count();
     if 10 * fixed < 8 * hits.len() {
         return None;
@@ -60,9 +60,9 @@ pub(crate) fn find(bytes: &[u8]) -> Option<Found> {
 /// Starts of the words in `bytes`, each vouched for by a neighbour.
 pub(crate) fn scan(word: &ParityWord, bytes: &[u8]) -> Vec<usize> {
     let is_word = |k: usize| {
-        bytes.get(k..k + LEN).is_some_and(|bytes| {
-            bytes[0] & SYNC_MASK == word.sync && is_odd(bytes) == word.odd
-        })
+        bytes
+            .get(k..k + LEN)
+            .is_some_and(|bytes| bytes[0] & SYNC_MASK == word.sync && is_odd(bytes) == word.odd)
     };
     let (mut starts, mut at) = (Vec::new(), 0);
     while at + LEN <= bytes.len() {
