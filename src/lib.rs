@@ -10,6 +10,7 @@ pub mod commands;
 pub mod compare;
 pub mod figure;
 pub mod fmu;
+pub mod frames;
 pub mod in_process;
 pub mod output;
 pub mod progress;

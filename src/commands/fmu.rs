@@ -1,11 +1,10 @@
 //! `struna fmu`.
 
-use super::Outcome;
+use super::{Outcome, print};
 use crate::cli::Fmu;
 use crate::fmu::{self, FmiVersion, ModelType};
 use crate::output::create_folder;
 use anyhow::Result;
-use std::io::{self, Write};
 use std::path::Path;
 use struna_fmi_export::{Domain, Variable};
 
@@ -30,15 +29,6 @@ fn build(out: &Path) -> Result<Outcome> {
         }
     }
     Ok(Outcome::Complete)
-}
-
-/// A reader that has seen enough, as `head` has after ten lines, may leave early.
-fn print(text: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written,
-    }
 }
 
 fn listed(model: &ModelType) -> String {

@@ -3,13 +3,16 @@
 #![expect(clippy::print_stdout, reason = "commands talk to the person who typed them")]
 
 mod compare;
+mod decode;
 mod fmu;
+mod frame;
 mod run;
 mod truth;
 
 use crate::cli::{Cli, Command};
 use crate::scenario::Scenario;
 use anyhow::Result;
+use std::io::{self, Write};
 use std::path::Path;
 
 /// How a command ended, short of an error.
@@ -47,5 +50,16 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
+        Command::Frame(command) => frame::execute(&command),
+        Command::Decode(args) => decode::execute(&args),
+    }
+}
+
+/// A reader that has seen enough, as `head` has after ten lines, may leave early.
+fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
     }
 }

@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a failed unwrap fails the test")]
 
 mod compare;
+mod decode;
 mod desk;
+mod frame;
 mod refusals;
 mod results;

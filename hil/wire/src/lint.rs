@@ -218,8 +218,8 @@ fn blind_spots(spec: &FrameSpec) -> Vec<String> {
                 .to_owned(),
         ),
         Some(sequence) => said.push(format!(
-            "the counter has {} values: longer gaps, {:.3} s, are told by the time between arrivals \
-             alone",
+            "the counter has {} values: longer gaps, {:.3} s, are told by the time between \
+             arrivals alone",
             sequence.modulus(),
             sequence.modulus() as f64 / spec.timing().rate_hz
         )),
@@ -232,7 +232,8 @@ fn blind_spots(spec: &FrameSpec) -> Vec<String> {
     let confirm = spec.evidence().confirm;
     if confirm > 1 {
         said.push(format!(
-            "one frame is weak evidence: after start or loss {confirm} in a row, {:.3} s, must agree",
+            "one frame is weak evidence: after start or loss {confirm} in a row, {:.3} s, must \
+             agree",
             confirm as f64 / spec.timing().rate_hz
         ));
     }
@@ -269,8 +270,8 @@ fn warnings(spec: &FrameSpec) -> Vec<String> {
     }
     if let Some(shift) = false_start(spec) {
         said.push(format!(
-            "every frame holds the sync word at byte {shift} as well; the check alone tells the two \
-             apart"
+            "every frame holds the sync word at byte {shift} as well; the check alone tells the \
+             two apart"
         ));
     }
     for field in spec.fields() {

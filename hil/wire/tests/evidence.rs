@@ -100,10 +100,11 @@ fn without_company_weak_frames_would_be_found_everywhere_in_noise() {
     let found = decode(&rash, &Noise(2).bytes(4 * MEGABYTE)).1.ok as f64;
     // Poisson: 1.9 expected; 12 or more come once in a million runs.
     assert!(found < 12.0 && expected > 1.0, "{found} for {expected}");
-    let sync_only = "[frame]\nname='x'\nkind='fixed'\nprovenance='unverified'\nsync='A5'\nlen=4\n\
-                     [frame.check]\nkind='none'\n[frame.plausible]\nconfirm=1\n[[frame.field]]\n\
-                     name='rate'\nat=1\nbits=24\nendian='be'\ncoding='twos'\nunit='counts'\n[line]\n\
-                     baud=115200\ndata=8\nparity='none'\nstop=1\n[timing]\nrate_hz=1.0\nrate_tol=0.0\n";
+    let sync_only = "[frame]\nname='x'\nkind='fixed'\nprovenance='unverified'\nsync='A5'\n\
+                     len=4\n[frame.check]\nkind='none'\n[frame.plausible]\nconfirm=1\n\
+                     [[frame.field]]\nname='rate'\nat=1\nbits=24\nendian='be'\n\
+                     coding='twos'\nunit='counts'\n[line]\nbaud=115200\ndata=8\n\
+                     parity='none'\nstop=1\n[timing]\nrate_hz=1.0\nrate_tol=0.0\n";
     let rash = FrameSpec::from_toml(sync_only).unwrap();
     let found = decode(&rash, &Noise(3).bytes(MEGABYTE)).1.ok as f64;
     // One in 256 starts, less the bytes that frames take: 3861 per megabyte; 6 sigma are 370.

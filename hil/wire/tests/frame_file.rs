@@ -54,8 +54,8 @@ fn an_unknown_kind_says_what_is_supported() {
     assert_eq!(
         error.to_string(),
         format!(
-            "line {}, column 8: `frame.kind` = \"mavlink\": not supported; write one of: \"fixed\", \
-             \"septet\", \"cobs\", \"ascii\"",
+            "line {}, column 8: `frame.kind` = \"mavlink\": not supported; write one of: \
+             \"fixed\", \"septet\", \"cobs\", \"ascii\"",
             line_of("kind = \"fixed\"")
         )
     );

@@ -142,7 +142,8 @@ pub(super) fn framing(
     let text = Text::new(sync, separator, columns, check, (fields, sequence.as_ref()));
     if text.longest > MAX_LINE_LEN {
         return Err(table.required("columns")?.because(format!(
-            "a line can have {} bytes, at most {MAX_LINE_LEN} are read; lower `digits` or `columns`",
+            "a line can have {} bytes, at most {MAX_LINE_LEN} are read; lower `digits` or \
+             `columns`",
             text.longest
         )));
     }

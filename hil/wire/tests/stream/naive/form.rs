@@ -1,6 +1,6 @@
 //! What has the form of a frame, kind by kind.
 
-use struna_wire::{Coding, FrameSpec, Kind};
+use struna_wire::{Coding, FieldSpec, FrameSpec, Kind};
 
 /// What stands at the front.
 pub(crate) enum Front {
@@ -114,13 +114,13 @@ fn columns(spec: &FrameSpec, line: &str) -> Option<Vec<u8>> {
 fn value(spec: &FrameSpec, column: usize, cell: &str) -> Option<i64> {
     let field = spec.fields().iter().find(|field| field.at() == 8 * column);
     let counter = spec.sequence().filter(|seq| seq.at() == 8 * column);
-    let (digits, decimals) = match (field.map(|field| field.coding()), counter) {
+    let (digits, decimals) = match (field.map(FieldSpec::coding), counter) {
         (Some(Coding::Decimal { digits, decimals }), _) => (digits, decimals),
         (Some(Coding::Hex { digits }), _) => {
             let fits = cell.len() == digits as usize && !cell.starts_with(['+', '-']);
             return fits.then(|| i64::from_str_radix(cell, 16).ok()).flatten();
         }
-        (None, Some(seq)) => ((seq.modulus() - 1).to_string().len() as u32, 0),
+        (None, Some(seq)) => ((seq.modulus() - 1).ilog10() + 1, 0),
         _ => return cell.bytes().all(|c| c.is_ascii_graphic()).then_some(0),
     };
     let (whole, fraction) = if decimals == 0 { (cell, "") } else { cell.split_once('.')? };

@@ -42,7 +42,7 @@ pub(crate) fn decode(spec: &FrameSpec, bytes: &[u8]) -> (Vec<Told>, Counters) {
     let (confirm, confirm_due) = (spec.evidence().confirm, spec.evidence().confirm_due);
     while at < bytes.len() {
         let rest = &bytes[at..];
-        let due = s.locked && (delimited || s.adrift % spec.frame_len() == 0);
+        let due = s.locked && (delimited || s.adrift.is_multiple_of(spec.frame_len()));
         let needed = match (s.locked, s.adrift) {
             (true, 0) => 1,
             _ if due => confirm_due,
@@ -54,9 +54,13 @@ pub(crate) fn decode(spec: &FrameSpec, bytes: &[u8]) -> (Vec<Told>, Counters) {
                 match behind(spec, rest, due && !delimited && confirm > 1, confirm_due) {
                     None => break,
                     Some(true) => {
-                        (at, aligned) = (at + skipped(&mut s, spec, spec.frame_len()), false)
+                        at += skipped(&mut s, spec, spec.frame_len());
+                        aligned = false;
                     }
-                    Some(false) => (at, aligned) = (at + skipped(&mut s, spec, skip), line_end),
+                    Some(false) => {
+                        at += skipped(&mut s, spec, skip);
+                        aligned = line_end;
+                    }
                 }
                 continue;
             }

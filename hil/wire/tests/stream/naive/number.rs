@@ -78,8 +78,8 @@ fn crc(params: CrcParams, bytes: &[u8]) -> u32 {
     for byte in bytes {
         for k in 0..8 {
             let bit = if refin { byte >> k & 1 } else { byte >> (7 - k) & 1 };
-            let out = register >> (width - 1) & 1 ^ u64::from(bit);
-            register = (register << 1 ^ out * u64::from(poly)) & ((1 << width) - 1);
+            let out = ((register >> (width - 1)) & 1) ^ u64::from(bit);
+            register = ((register << 1) ^ (out * u64::from(poly))) & ((1 << width) - 1);
         }
     }
     let mirrored = (0..width).fold(0, |mirror, k| mirror << 1 | (register >> k & 1));
