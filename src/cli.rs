@@ -102,6 +102,22 @@ docs/faults.md explains faults, detectors and limits.")]
   struna gyro show vg910d"
     )]
     Gyro(Gyro),
+    /// List and judge frame layouts
+    #[command(
+        subcommand,
+        after_help = "Examples:
+  struna frame list
+  struna frame lint frames/vg910d.toml"
+    )]
+    Frame(Frame),
+    /// Decode a file of raw bytes, as they came off a serial line
+    #[command(after_help = "Examples:
+  struna decode capture.bin --frame struna/vg910d@1
+  struna decode capture.bin --frame frames/adis16100.toml --csv out.csv
+  struna decode capture.bin --frame struna/vg910d@1 --csv - | head
+
+Prints what became of every byte. The CSV has one row for each frame, in SI.")]
+    Decode(Decode),
 }
 
 /// Arguments of `struna demo`.
@@ -414,6 +430,50 @@ pub struct GyroShow {
     /// Name of the preset
     #[arg(value_name = "NAME", value_parser = struna_gyro::preset::NAMES)]
     pub name: String,
+}
+
+/// Frame commands.
+#[derive(Debug, Subcommand)]
+pub enum Frame {
+    /// List the shipped layouts
+    #[command(after_help = "Example:
+  struna frame list")]
+    List,
+    /// Tell what layouts can and cannot do; exit code 1 for one that cannot be decoded uniquely
+    #[command(after_help = "Examples:
+  struna frame lint struna/vg910d@1
+  struna frame lint my-gyro.toml other-gyro.toml")]
+    Lint(FrameLint),
+}
+
+/// Arguments of `struna frame lint`.
+#[derive(Debug, Args)]
+pub struct FrameLint {
+    /// Frame files, or names of shipped layouts
+    #[arg(value_name = "FILE|NAME", required = true)]
+    pub frames: Vec<String>,
+}
+
+/// Arguments of `struna decode`.
+#[derive(Debug, Args)]
+pub struct Decode {
+    /// File of raw bytes
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Frame file, or name of a shipped layout
+    #[arg(long, value_name = "FILE|NAME")]
+    pub frame: String,
+    /// CSV file to write; - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Frame rate for the column of times, in place of the layout's nominal one
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    pub rate_hz: Option<f64>,
+}
+
+fn rate(text: &str) -> Result<f64, &'static str> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or("write a number greater than 0")
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ pub mod emulate;
 pub mod faults;
 pub mod figure;
 pub mod fmu;
+pub mod frames;
 pub mod hil;
 pub mod in_process;
 pub mod output;

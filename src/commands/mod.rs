@@ -4,9 +4,11 @@
 
 mod characterize;
 mod compare;
+mod decode;
 mod emulate;
 mod faults;
 mod fmu;
+mod frame;
 mod gyro;
 mod hil;
 mod ports;
@@ -61,6 +63,8 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Faults(args) => faults::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
         Command::Gyro(command) => gyro::execute(&command),
+        Command::Frame(command) => frame::execute(&command),
+        Command::Decode(args) => decode::execute(&args),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a live run was asked to do, in a form that can be kept beside its bytes.
 
-use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, SHIPPED_FRAMES, Scenario};
+use crate::frames;
+use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario};
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -203,10 +204,10 @@ fn default_averaging(rate_hz: f64) -> u64 {
 /// # Errors
 /// When it is neither; the message names the shipped ones.
 pub fn frame_text(name: &str) -> Result<String> {
-    if let Some((_, text)) = SHIPPED_FRAMES.iter().find(|(shipped, _)| *shipped == name) {
-        return Ok((*text).to_owned());
+    if let Some(text) = frames::shipped(name) {
+        return Ok(text.to_owned());
     }
-    let known: Vec<_> = SHIPPED_FRAMES.iter().map(|(name, _)| *name).collect();
+    let known = frames::SHIPPED.map(|(name, _)| name);
     let remedy = || format!("no such frame; write a .toml file or one of: {}", known.join(", "));
     read_text(Path::new(name)).with_context(remedy)
 }

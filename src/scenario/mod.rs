@@ -15,18 +15,13 @@ pub use estimators::{EstimatorKind, EstimatorPlan, RunAs};
 pub use line::LinePlan;
 pub use source::{RecordingSource, Source};
 
+use crate::frames;
 use std::path::{Path, PathBuf};
 use struna_body::Mounting;
 use struna_gyro::{GyroParams, Surroundings};
 use struna_kernel::{Seed, SimTime};
 use struna_settings::{Result, SettingsError, Table};
 use struna_wire::FrameSpec;
-
-/// Frame layouts that ship with the program, by the name a scenario calls them.
-pub(crate) const SHIPPED_FRAMES: [(&str, &str); 2] = [
-    ("struna/vg910d@1", include_str!("../../frames/vg910d.toml")),
-    ("struna/adis16100@1", include_str!("../../frames/adis16100.toml")),
-];
 
 /// A run that lasts longer than this is a typing error.
 const DURATION_S_MAX: f64 = 1e7;
@@ -183,18 +178,18 @@ fn run_name(run: &Table<'_>) -> Result<String> {
 
 fn frame(root: &Table<'_>, folder: &Path) -> Result<(FrameSpec, Option<PathBuf>)> {
     let shipped = |text| FrameSpec::from_toml(text).expect("shipped frames are tested");
-    let default = shipped(SHIPPED_FRAMES[0].1);
+    let default = shipped(frames::SHIPPED[0].1);
     let Some(line) = root.optional("line") else { return Ok((default, None)) };
     let line = line.table()?;
     line.only(&line::KEYS)?;
     let Some(frame) = line.optional("frame") else { return Ok((default, None)) };
     let name = frame.text()?;
-    if let Some((_, text)) = SHIPPED_FRAMES.iter().find(|(shipped, _)| *shipped == name) {
+    if let Some(text) = frames::shipped(name) {
         return Ok((shipped(text), None));
     }
     let is_file = Path::new(name).extension().is_some_and(|extension| extension == "toml");
     if !is_file {
-        let known: Vec<_> = SHIPPED_FRAMES.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+        let known = frames::SHIPPED.map(|(name, _)| format!("\"{name}\""));
         return Err(frame.out_of_range(format!("a .toml file or one of: {}", known.join(", "))));
     }
     Ok((default, Some(folder.join(name))))

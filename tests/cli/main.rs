@@ -4,6 +4,8 @@
 
 mod characterize;
 mod compare;
+mod decode;
 mod desk;
+mod frame;
 mod refusals;
 mod results;

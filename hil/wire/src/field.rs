@@ -200,6 +200,24 @@ impl FieldSpec {
         self.valid_if
     }
 
+    /// Units of the file per raw count.
+    #[must_use]
+    pub const fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Least and greatest value that the code can say, in the unit of the file; `None` for floats,
+    /// which can say anything.
+    #[must_use]
+    pub fn code_range(&self) -> Option<[f64; 2]> {
+        if self.coding == Coding::Float {
+            return None;
+        }
+        let ends =
+            [self.raw_min(), self.raw_max()].map(|raw| raw as f64 * self.scale + self.offset);
+        Some([ends[0].min(ends[1]), ends[0].max(ends[1])])
+    }
+
     /// SI units per raw count: rad/s for rates, °C for temperatures. Never zero; may be negative.
     #[must_use]
     pub const fn scale_si(&self) -> f64 {

@@ -40,6 +40,7 @@ mod field;
 mod frame;
 mod framing;
 mod kind;
+mod lint;
 mod loss;
 mod parse;
 mod place;
@@ -54,6 +55,7 @@ pub use evidence::{BELIEF_BITS, Evidence};
 pub use field::{Coding, Endian, FieldSpec, Unit};
 pub use frame::Frame;
 pub use framing::Kind;
+pub use lint::{Lint, Load, Undetected};
 pub use loss::LossResolver;
 pub use spec::{
     FlagSpec, FrameSpec, LineSpec, Parity, PlausibleSpec, Provenance, SequenceSpec, TimeSource,

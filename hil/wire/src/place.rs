@@ -21,10 +21,13 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// Whole bytes.
+    /// Whole bytes: one to four, or eight.
     pub(crate) const fn whole(at: usize, bytes: usize, endian: Endian) -> Self {
         let bits = match bytes {
-            0..=7 => 8 * (bytes as u32),
+            1 => 8,
+            2 => 16,
+            3 => 24,
+            4 => 32,
             _ => 64,
         };
         Self { at, bytes, shift: 0, bits, endian, byte_bits: 8 }

@@ -117,7 +117,7 @@ mod tests {
         let mut tracker = SequenceTracker::new(256);
         let told = [1, 3, 2, 4].map(|counter| tracker.arrive(Some(counter), None));
         assert_eq!(told, [new(1, 0), new(3, 1), Arrival::Backward, new(4, 0)]);
-        // 251 lost is the most that the counter alone can tell; 252 look like four back.
+        // 250 lost is the most that the counter alone can tell; 251 look like four back.
         assert_eq!(tracker.clone().arrive(Some(0), None), Arrival::Backward);
         assert_eq!(tracker.arrive(Some(255), None), new(255, 250));
         assert_eq!(tracker.arrive(Some(250), None), new(506, 250));

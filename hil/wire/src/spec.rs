@@ -226,6 +226,15 @@ impl FrameSpec {
         &self.sync
     }
 
+    /// What stands between the columns of a line of text.
+    #[must_use]
+    pub const fn separator(&self) -> Option<u8> {
+        match &self.framing {
+            Framing::Ascii(text) => Some(text.separator),
+            _ => None,
+        }
+    }
+
     /// The bits of the sync word that count, as long as the word; empty when all do.
     #[must_use]
     pub fn sync_mask(&self) -> &[u8] {

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use struna_settings::{Fault, SettingsError};
-use struna_wire::{Coding, Endian, FrameSpec, Parity, Provenance, Unit};
+use struna_wire::{CheckKind, Coding, Crc, Endian, FrameSpec, Parity, Provenance, Unit};
 
 const DEFAULT: &str = include_str!("../../../frames/vg910d.toml");
 
@@ -15,7 +15,8 @@ fn the_default_frame_has_the_documented_numbers() {
     assert_eq!(spec.provenance(), Provenance::Unverified);
     assert_eq!((spec.frame_len(), spec.sync()), (11, &[0xA5, 0x5A][..]));
     assert_eq!((spec.check().range(), spec.check().at()), ((2, 8), 9));
-    assert_eq!(spec.check().crc().checksum(b"123456789"), 0x29B1);
+    let CheckKind::Crc(params) = spec.check().kind() else { panic!("{:?}", spec.check()) };
+    assert_eq!(Crc::new(params).checksum(b"123456789"), 0x29B1);
     let sequence = spec.sequence().unwrap();
     assert_eq!((sequence.at(), sequence.bits(), sequence.modulus()), (2, 8, 256));
 
@@ -49,11 +50,12 @@ fn line_of(needle: &str) -> usize {
 
 #[test]
 fn an_unknown_kind_says_what_is_supported() {
-    let error = refusal("kind = \"fixed\"", "kind = \"septet\"");
+    let error = refusal("kind = \"fixed\"", "kind = \"mavlink\"");
     assert_eq!(
         error.to_string(),
         format!(
-            "line {}, column 8: `frame.kind` = \"septet\": not supported; write one of: \"fixed\"",
+            "line {}, column 8: `frame.kind` = \"mavlink\": not supported; write one of: \
+             \"fixed\", \"septet\", \"cobs\", \"ascii\"",
             line_of("kind = \"fixed\"")
         )
     );
@@ -180,8 +182,91 @@ fn wrong_types_and_missing_keys_are_named() {
     }
     let null = refusal("coding = \"twos\"", "coding = \"offset_binary\"");
     assert_eq!((null.key.as_str(), null.fault), ("frame.field[0].null", Fault::Missing));
-    for (from, to) in [("\"deg/s\"", "\"deg/h\""), ("\"be\"", "\"big\""), ("crc16", "sum8")] {
+    for (from, to) in [("\"deg/s\"", "\"deg/h\""), ("\"be\"", "\"big\""), ("crc16", "crc12")] {
         assert!(matches!(refusal(from, to).fault, Fault::UnknownWord { .. }), "{to}");
+    }
+}
+
+/// The refusal of another shipped file after an edit.
+#[track_caller]
+fn refused(file: &str, from: &str, to: &str) -> String {
+    assert!(file.contains(from), "no {from:?} in the file");
+    FrameSpec::from_toml(&file.replacen(from, to, 1)).expect_err(to).to_string()
+}
+
+#[test]
+fn fields_that_share_bits_must_exclude_each_other() {
+    const ADIS: &str = include_str!("../../../frames/adis16100.toml");
+    let shared = "bits of byte 3 already belong to frame.field[1]; move one of them, or let their \
+                  `when` exclude each other";
+    let text = refused(ADIS, "equals = 1 }", "equals = 0 }");
+    assert!(text.contains("`frame.field[2].at` = 3") && text.contains(shared), "{text}");
+    let text = refused(ADIS, "when = { field = \"chan\", equals = 1 }", "");
+    assert!(text.contains("bits of byte 3 already belong to frame.field[1]; move one"), "{text}");
+    let text = refused(ADIS, "shift = 4", "shift = 3");
+    assert!(text.contains("bits of byte 3 already belong to frame.field[0]"), "{text}");
+    for (from, to, part) in [
+        (
+            "equals = 3 }",
+            "equals = 4 }",
+            "`frame.field[4].when.equals` = 4: not usable; write 0 to 3",
+        ),
+        ("field = \"chan\", equals = 0", "field = \"rate\", equals = 0", "write one of: \"chan\""),
+        ("field = \"chan\", equals = 0", "feld = \"chan\", equals = 0", "did you mean `field`?"),
+        ("name = \"chan\"", "name = \"canal\"", "write one of: \"canal\""),
+        ("coding = \"unsigned\"", "coding = \"twos\"", "declare the deciding field first"),
+        ("bytes = 2\nbits = 12", "bits = 12", "or say the `bytes` it is in"),
+        ("bytes = 2\nbits = 12", "bytes = 1\nbits = 12", "do not fit in 1 byte of 8 bits"),
+    ] {
+        let text = refused(ADIS, from, to);
+        assert!(text.contains(part), "{to}: {text}");
+    }
+}
+
+#[test]
+fn each_kind_refuses_what_it_cannot_carry() {
+    const KVH: &str = include_str!("../../../frames/kvh-dsp3000-1k.toml");
+    const SEPTET: &str = include_str!("../../../frames/fog-septet-xor.toml");
+    const LINES: &str = include_str!("../../../frames/kvh-dsp3000-ascii.toml");
+    const SUM: &str = include_str!("../../../frames/vg910d-sum.toml");
+    let cobs = SUM.replace("kind = \"fixed\"", "kind = \"cobs\"");
+    for (file, from, to, part) in [
+        (KVH, "sync = \"20\"", "", "this key is missing"),
+        (KVH, "\"60\"", "\"40\"", "byte 0 of `sync` has bits set that do not count"),
+        (KVH, "\"60\"", "\"60 FF\"", "write 1 bytes like `sync`"),
+        (KVH, "bits = 26", "bits = 27", "leave one to the parity bit"),
+        (KVH, "bits = 26", "bits = 28", "already belong to"),
+        (KVH, "bits = 1\n", "bits = 8\n", "do not fit in 1 byte"),
+        (KVH, "range = [0, 3]", "range = [1, 3]", "leave one to the parity bit"),
+        (KVH, "rate_step_max = 20.0", "rate_step_max = 0.0", "a number greater than 0"),
+        (KVH, "rate_step_max = 20.0", "confirm = 25", "write 1 to 24"),
+        (KVH, "name = \"rate\"", "name = \"turn\"", "there is no field called rate"),
+        (KVH, "rate_tol = 0.03", "time = \"counter\"\nrate_tol = 0.03", "the frame has no counter"),
+        (SEPTET, "sync = \"80\"", "sync = \"70\"", "one byte with bit 7 set"),
+        (SEPTET, "sync = \"80\"", "sync_mask = \"80\"", "no such key"),
+        (SEPTET, "kind = \"xor8\"", "kind = \"crc16\"", "bytes of septets have bit 7 clear"),
+        (SEPTET, "septets = 5", "septets = 6", "write 1 to 5"),
+        (SEPTET, "septets = 5", "septets = 5\nbits = 32", "remove this key"),
+        (SEPTET, "septets = 5\nendian = \"le\"", "bits = 8", "write septets = 1"),
+        (SUM, "bits = 24", "septets = 3", "septets exist in kind = \"septet\" only"),
+        (SUM, "coding = \"twos\"", "coding = \"float\"", "write bits = 32"),
+        (SUM, "coding = \"twos\"", "coding = \"decimal\"", "write one of: \"twos\""),
+        (LINES, "separator = \" \"", "separator = \";\"", "write one of: \" \", \",\""),
+        (LINES, "kind = \"none\"", "kind = \"sum8\"", "\"xor8\" (sent as *hh) or \"none\""),
+        (LINES, "column = 1", "column = 0", "column 0 already belongs to frame.field[0]"),
+        (LINES, "column = 1", "column = 2", "raise `frame.columns`"),
+        (LINES, "column = 1", "at = 1", "no such key"),
+        (LINES, "columns = 2", "columns = 2\nsync = \"41\"", "a character that no number holds"),
+        (LINES, "columns = 2", "columns = 2\nsync = \"0A\"", "printable ASCII"),
+        (LINES, "columns = 2", "columns = 2\nlen = 9", "no such key"),
+        (LINES, "columns = 2", "columns = 16", "at most 128 are read"),
+        (LINES, "decimals = 6", "decimals = 15", "write 0 to 14"),
+        (LINES, "coding = \"hex\"", "coding = \"twos\"", "write one of: \"decimal\", \"hex\""),
+        (LINES, "bit = 0", "bit = 4", "write 0 to 3"),
+        (cobs.as_str(), "len = 7", "len = 7", "no such key"),
+    ] {
+        let text = refused(file, from, to);
+        assert!(text.contains(part), "{to}: {text}");
     }
 }
 

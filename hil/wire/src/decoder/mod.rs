@@ -78,8 +78,8 @@ impl Decoder {
     }
 
     /// The same for bytes of which the last has arrived at `arrival_s`, on any clock that does not
-    /// go back, s. Losses are then resolved by [`LossResolver`]: gaps of whole turns of the counter,
-    /// and gaps between frames that have none.
+    /// go back, s. Losses are then resolved by [`LossResolver`]: gaps of whole turns of the
+    /// counter, and gaps between frames that have none.
     ///
     /// What is handed out depends on bytes and times alone. A time that is no number is ignored.
     pub fn push_at(&mut self, bytes: &[u8], arrival_s: f64, sink: &mut impl FnMut(&Frame)) {

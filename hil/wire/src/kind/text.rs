@@ -116,7 +116,8 @@ impl<'a> Iterator for Columns<'a> {
 
     fn next(&mut self) -> Option<&'a [u8]> {
         let blank = self.separator == b' ';
-        let rest = if blank { self.rest?.trim_ascii_start() } else { self.rest? };
+        let first = self.rest?.iter().position(|byte| !blank || *byte != b' ');
+        let rest = &self.rest?[first.unwrap_or(self.rest?.len())..];
         if blank && rest.is_empty() {
             self.rest = None;
             return None;

@@ -65,6 +65,11 @@ fn line_of_text(table: &Table<'_>) -> Result<Frame> {
             if !sync.iter().all(printable) || sync.contains(&b'*') {
                 return Err(value.out_of_range("printable ASCII without \"*\", as \"24\" for $"));
             }
+            // Else a column could pass for the beginning of a line.
+            if sync[0].is_ascii_hexdigit() || b".- ,".contains(&sync[0]) {
+                let expected = "first a character that no number holds, as \"24\" for $";
+                return Err(value.out_of_range(expected));
+            }
             sync
         }
         None => Vec::new(),
@@ -137,7 +142,8 @@ pub(super) fn framing(
     let text = Text::new(sync, separator, columns, check, (fields, sequence.as_ref()));
     if text.longest > MAX_LINE_LEN {
         return Err(table.required("columns")?.because(format!(
-            "a line can have {} bytes, at most {MAX_LINE_LEN} are read; lower `digits` or `columns`",
+            "a line can have {} bytes, at most {MAX_LINE_LEN} are read; lower `digits` or \
+             `columns`",
             text.longest
         )));
     }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::sample::Index;
-use struna_wire::{Encoder, FrameSpec};
+use struna_wire::{Encoder, FrameSpec, Kind};
 
 /// One stretch of a stream.
 #[derive(Debug, Clone)]
@@ -17,7 +17,9 @@ enum Piece {
     Twice,
     /// Frames that never arrive.
     Lost(u8),
-    /// Bytes that were never a frame; `None` stands for the next sync byte.
+    /// Two frames that change places.
+    Swapped,
+    /// Bytes that were never a frame; `None` stands for the next byte that means something here.
     Garbage(Vec<Option<u8>>),
 }
 
@@ -36,6 +38,7 @@ fn piece() -> impl Strategy<Value = (Piece, u64)> {
         1 => (any::<Index>(), 0_u8..8).prop_map(|(byte, bit)| Piece::Flipped(byte, bit)),
         1 => Just(Piece::Twice),
         1 => any::<u8>().prop_map(Piece::Lost),
+        1 => Just(Piece::Swapped),
         2 => garbage.prop_map(Piece::Garbage),
     ];
     (piece, any::<u64>())
@@ -75,16 +78,32 @@ fn append(
             stream.intact_at.extend([here, here + frame.len()]);
             frame.extend_from_within(..);
         }
+        Piece::Swapped => {
+            let mut earlier = Vec::new();
+            encoder.encode(&raw_values(spec, !entropy), &mut earlier).expect("values in range");
+            stream.intact_at.extend([here, here + earlier.len()]);
+            frame.splice(0..0, earlier);
+        }
         Piece::Lost(frames) => {
             *encoder = Encoder::starting_at(spec, encoder.next_index() + u64::from(*frames));
             frame.clear();
         }
         Piece::Garbage(bytes) => {
-            let sync = spec.sync().iter().cycle();
-            frame = bytes.iter().zip(sync).map(|(byte, sync)| byte.unwrap_or(*sync)).collect();
+            let meaningful = meaningful(spec);
+            let known = meaningful.iter().cycle();
+            frame = bytes.iter().zip(known).map(|(byte, known)| byte.unwrap_or(*known)).collect();
         }
     }
     stream.bytes.extend(frame);
+}
+
+/// Bytes that open, close or fill frames of this kind.
+pub(crate) fn meaningful(spec: &FrameSpec) -> Vec<u8> {
+    match spec.kind() {
+        Kind::Cobs => vec![0, 1, 2, 0, 3],
+        Kind::Ascii => [spec.sync(), b"1.-\n, 2\r\n*0 "].concat(),
+        _ => spec.sync().to_vec(),
+    }
 }
 
 /// Values over the whole range of every field, its ends included.
@@ -100,5 +119,12 @@ pub(crate) fn raw_values(spec: &FrameSpec, entropy: u64) -> Vec<i64> {
             }
         }
     };
-    (0..).zip(spec.fields()).map(value).collect()
+    let mut raw: Vec<_> = (0..).zip(spec.fields()).map(value).collect();
+    for k in 0..raw.len() {
+        // What a frame does not carry comes out as zero.
+        if spec.fields()[k].when().is_some_and(|(decider, value)| raw[decider] != value) {
+            raw[k] = 0;
+        }
+    }
+    raw
 }
