@@ -175,25 +175,33 @@ impl Gyro {
         GyroReading { counts, temperature_deg_c: input.temperature_deg_c, flags }
     }
 
-    /// Rounds to the nearest count and clips at full scale.
+    /// Clips at full scale and rounds to the nearest count.
     fn counts_of(&mut self, rate_rad_s: f64) -> Counts {
         let limit = f64::from(self.counts_at_range);
-        let exact = rate_rad_s / self.params.lsb_rad_s;
-        let rounded = match self.params.rounding {
-            Rounding::Rate => exact.round(),
-            // To even, or a remainder of one half would go back and forth for ever.
-            Rounding::Angle => (exact + self.remainder).round_ties_even(),
-        };
-        let clipped = rounded.clamp(-limit, limit);
+        let exact = rate_rad_s / self.params.lsb_rad_s + self.remainder;
+        let clipped = exact.clamp(-limit, limit);
+        let counts = rounded(clipped, self.params.rounding);
         if self.params.rounding == Rounding::Angle {
             // What saturation cuts off is lost.
-            let is_clipped = rounded.abs() > limit;
-            self.remainder = if is_clipped { 0.0 } else { exact + self.remainder - rounded };
+            let is_clipped = exact.abs() > limit + 0.5;
+            self.remainder = if is_clipped { 0.0 } else { exact - f64::from(counts) };
         }
-        #[expect(clippy::cast_possible_truncation, reason = "a whole number within ±i32 by clamp")]
-        let counts = clipped as i32;
         Counts(counts)
     }
+}
+
+/// The nearest whole number. Ties go away from zero, but of angles to even: a remainder of one half
+/// would otherwise go back and forth for ever. Integer conversions, because `round` is a call into
+/// the C library on plain x86-64 and costs as much as two normal numbers.
+fn rounded(exact: f64, rounding: Rounding) -> i32 {
+    #[expect(clippy::cast_possible_truncation, reason = "towards zero; within ±i32 by the caller")]
+    let whole = exact as i32;
+    let rest = exact - f64::from(whole);
+    let is_odd = whole & 1 != 0;
+    let up_at_half = rounding == Rounding::Rate || is_odd;
+    let beyond = rest.abs() > 0.5 || (up_at_half && rest.abs() >= 0.5);
+    let away = if exact < 0.0 { -1 } else { 1 };
+    if beyond { whole + away } else { whole }
 }
 
 /// The rate to go on with, if the input holds one.
@@ -211,5 +219,35 @@ impl BiasEffects {
             + self.per_temperature_rate_rad_deg_c * input.temperature_rate_deg_c_s
             + (x * along_x + y * along_y + z * along_z)
             + self.per_magnetic_field_rad_s_t * input.magnetic_field_t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn rounding_is_that_of_the_standard_library(
+            half in -4_000_000_i32..4_000_000,
+            off in prop_oneof![Just(0.0), Just(f64::EPSILON), Just(-f64::EPSILON), -1.0..1.0],
+        ) {
+            let exact = 0.5 * f64::from(half) * (1.0 + off);
+            let same = |counts: i32, library: f64| (f64::from(counts) - library).abs() < 0.5;
+            prop_assert!(same(rounded(exact, Rounding::Rate), exact.round()), "{exact}");
+            let to_even = exact.round_ties_even();
+            prop_assert!(same(rounded(exact, Rounding::Angle), to_even), "{exact}");
+        }
+    }
+
+    #[test]
+    fn just_below_a_half_rounds_to_none() {
+        for rounding in [Rounding::Rate, Rounding::Angle] {
+            assert_eq!(rounded(0.5_f64.next_down(), rounding), 0);
+            assert_eq!(rounded(-(0.5_f64.next_down()), rounding), 0);
+        }
+        assert_eq!(rounded(f64::from(i32::MAX), Rounding::Rate), i32::MAX);
+        assert_eq!(rounded(-f64::from(i32::MAX), Rounding::Angle), -i32::MAX);
     }
 }
