@@ -125,7 +125,8 @@ impl Characterized {
         }
         match self.found.laboratory[1] {
             Some(lab) if lab.averaging > 1 => write_averaging(f, &lab),
-            _ => Ok(()),
+            Some(_) => Ok(()),
+            None => write!(f, "\nthere are no two averages of {} samples", self.options.averaging),
         }
     }
 }
