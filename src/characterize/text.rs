@@ -196,6 +196,9 @@ mod tests {
 
     #[test]
     fn durations_are_said_in_the_unit_that_fits() {
-        assert_eq!([60.0, 600.0, 8640.0].map(time), ["60.0 s", "10.0 min", "2.40 h"]);
+        assert_eq!(
+            [60.0, 100.0, 600.0, 8640.0].map(time),
+            ["60.0 s", "100 s", "10.0 min", "2.40 h"]
+        );
     }
 }
