@@ -71,7 +71,7 @@ impl Characterized {
         for term in Term::ALL {
             let (unit, ..) = of_term(term);
             let number = |value| significant(on_data_sheet(term, value), 3);
-            write!(f, "{}  {:<18}", term.symbol(), term.name())?;
+            write!(f, "{}  {:<19}", term.symbol(), term.name())?;
             match self.found.verdict(term) {
                 Verdict::Estimated { value, interval: [low, high] } => {
                     let (low, high) = (number(low), number(high));
