@@ -71,7 +71,7 @@ impl Characterized {
         for term in Term::ALL {
             let (unit, ..) = of_term(term);
             let number = |value| significant(on_data_sheet(term, value), 3);
-            write!(f, "{}  {:<18}", term.symbol(), term.name())?;
+            write!(f, "{}  {:<19}", term.symbol(), term.name())?;
             match self.found.verdict(term) {
                 Verdict::Estimated { value, interval: [low, high] } => {
                     let (low, high) = (number(low), number(high));
@@ -125,7 +125,8 @@ impl Characterized {
         }
         match self.found.laboratory[1] {
             Some(lab) if lab.averaging > 1 => write_averaging(f, &lab),
-            _ => Ok(()),
+            Some(_) => Ok(()),
+            None => write!(f, "\nthere are no two averages of {} samples", self.options.averaging),
         }
     }
 }
@@ -195,6 +196,9 @@ mod tests {
 
     #[test]
     fn durations_are_said_in_the_unit_that_fits() {
-        assert_eq!([60.0, 600.0, 8640.0].map(time), ["60.0 s", "10.0 min", "2.40 h"]);
+        assert_eq!(
+            [60.0, 100.0, 600.0, 8640.0].map(time),
+            ["60.0 s", "100 s", "10.0 min", "2.40 h"]
+        );
     }
 }

@@ -90,11 +90,13 @@ pub(crate) fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
-    #[expect(clippy::cast_possible_truncation, reason = "at most 308")]
-    let exponent = value.abs().log10().floor() as i32;
+    let after = usize::try_from(digits - 1).unwrap_or(0);
+    let scientific = format!("{value:.after$e}");
+    // Of the rounded number: 99.999 to three digits is 100.
+    let exponent = scientific.rsplit_once('e').and_then(|(_, exponent)| exponent.parse().ok());
+    let exponent: i32 = exponent.unwrap_or(0);
     if !(-4..6).contains(&exponent) {
-        let after = usize::try_from(digits - 1).unwrap_or(0);
-        return format!("{value:.after$e}");
+        return scientific;
     }
     let after = usize::try_from(digits - 1 - exponent).unwrap_or(0);
     format!("{value:.after$}")
@@ -143,6 +145,7 @@ mod tests {
         for (value, text) in [
             (0.084_123, "0.0841"),
             (12.3456, "12.3"),
+            (99.999, "100"),
             (1234.56, "1235"),
             (1.234e-7, "1.23e-7"),
             (0.0, "0"),

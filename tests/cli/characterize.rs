@@ -147,10 +147,11 @@ fn a_record_of_motion_gets_no_coefficient_and_one_reason() {
 #[test]
 fn the_record_of_a_run_needs_no_options() {
     let scenario = include_str!("../../scenarios/demo.toml");
-    let desk = Desk::with_scenario(scenario, &[]);
+    let desk = Desk::with_scenario(scenario, &[("twist_deg = 360.0", "twist_deg = 0.0")]);
     desk.done(&["run", "s.toml", "--out", "out"]);
     let said = desk.done(&["characterize", "out/record.csv"]);
-    names(&said, &["record: ", "samples at", "N  angle random walk"]);
+    // 300 Hz in averages of three, and 0.07 deg/sqrt(h) of the preset.
+    names(&said, &["record: ", "samples at 100 Hz", "N  angle random walk  0.0", "deg/sqrt(h)"]);
 }
 
 #[test]

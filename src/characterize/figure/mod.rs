@@ -16,7 +16,7 @@ use plotters::prelude::{
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform};
-use struna_gyro::characterise::{AllanPoint, NoiseModel, Term};
+use struna_gyro::characterise::{AllanPoint, MISFIT_REFUSED, NoiseModel, Term};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -73,8 +73,14 @@ pub fn svg(of: &Characterized) -> Result<String, FigureError> {
         shades(&root, &axes, of)?;
         grid(&root, &axes)?;
         band(&root, &axes, &points)?;
-        slopes(&root, &axes, of)?;
-        models(&root, &axes, of)?;
+        // A fit that describes nothing would only mislead.
+        if of.found.misfit <= MISFIT_REFUSED {
+            slopes(&root, &axes, of)?;
+            model_line(&root, &axes, of, &of.found.model, MODEL)?;
+        }
+        if let Some(bound) = &of.found.overbound {
+            model_line(&root, &axes, of, bound, BOUND)?;
+        }
         curves(&root, &axes, &points)?;
         frame(&root, &axes)?;
         side::draw(&root, of)?;
@@ -177,23 +183,31 @@ fn slopes(root: &Area<'_>, axes: &Axes, of: &Characterized) -> Result<(), Figure
     Ok(())
 }
 
-/// A place for a label below a line, on the side where the line leaves room, within the frame.
+/// A place for a label below a line, on the side where the line leaves room, within the frame. A
+/// flat line has room at its left end, for a curve comes from above.
 fn beside(x: i32, y: i32, steepness: f64) -> (i32, i32) {
     let [left, top, right, bottom] = FRAME;
-    let across = if steepness < 0.0 { -120 } else { 14 };
-    ((x + across).clamp(left + 12, right - 130), (y + 12).clamp(top + 8, bottom - 30))
+    let x = if steepness < 0.0 {
+        x - 120
+    } else if steepness > 0.0 {
+        x + 14
+    } else {
+        left
+    };
+    (x.clamp(left + 12, right - 130), (y + 12).clamp(top + 8, bottom - 30))
 }
 
-/// The sum of the slopes, and the bound when there is one.
-fn models(root: &Area<'_>, axes: &Axes, of: &Characterized) -> Result<(), FigureError> {
-    let line = |model: &NoiseModel| -> Vec<(i32, i32)> {
-        let points = of.found.points.iter().filter(|point| !point.filtered);
-        points.map(|p| axes.at(p.tau_s, model.variance(p.tau_s).sqrt() / DEG_H)).collect()
-    };
-    if let Some(bound) = &of.found.overbound {
-        root.draw(&PathElement::new(line(bound), BOUND.stroke_width(3)))?;
-    }
-    Ok(root.draw(&PathElement::new(line(&of.found.model), MODEL.stroke_width(3)))?)
+/// A sum of slopes.
+fn model_line(
+    root: &Area<'_>,
+    axes: &Axes,
+    of: &Characterized,
+    model: &NoiseModel,
+    colour: RGBColor,
+) -> Result<(), FigureError> {
+    let points = of.found.points.iter().filter(|point| !point.filtered);
+    let line = points.map(|p| axes.at(p.tau_s, model.variance(p.tau_s).sqrt() / DEG_H));
+    Ok(root.draw(&PathElement::new(line.collect::<Vec<_>>(), colour.stroke_width(3)))?)
 }
 
 fn curves(root: &Area<'_>, axes: &Axes, points: &[AllanPoint]) -> Result<(), FigureError> {

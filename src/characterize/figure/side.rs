@@ -8,7 +8,7 @@ use super::{
 };
 use plotters::prelude::{Circle, PathElement, RGBColor, Rectangle, Text};
 use plotters::style::Color;
-use struna_gyro::characterise::{Reason, Term, Verdict};
+use struna_gyro::characterise::{MISFIT_REFUSED, Reason, Term, Verdict};
 
 /// Left edge of the coefficients.
 const SIDE_PX: i32 = 930;
@@ -58,7 +58,9 @@ fn legend(root: &Area<'_>, of: &Characterized) -> Result<(), FigureError> {
         root.draw(&band)?;
         Ok(root.draw(&Circle::new((x + 14, y), 4, CURVE.filled()))?)
     })?;
-    entry("fit", 80, &stroke(MODEL, 3))?;
+    if of.found.misfit <= MISFIT_REFUSED {
+        entry("fit", 80, &stroke(MODEL, 3))?;
+    }
     entry("Hadamard deviation", 190, &stroke(FAINT, 1))?;
     if of.found.overbound.is_some() {
         entry("bound above the interval", 200, &stroke(BOUND, 3))?;
@@ -91,7 +93,7 @@ fn coefficient(root: &Area<'_>, of: &Characterized, term: Term, y: i32) -> Resul
             ("no answer".to_owned(), remark.to_owned(), FAINT)
         }
     };
-    let shown = of.found.model.has(term);
+    let shown = of.found.model.has(term) && of.found.misfit <= MISFIT_REFUSED;
     let mark = if shown { colour(term) } else { FAINT };
     root.draw(&Rectangle::new([(SIDE_PX, y), (SIDE_PX + 4, y + 66)], mark.filled()))?;
     let name = format!("{}   {}", term.symbol(), term.name());
