@@ -15,6 +15,7 @@ mod chain;
 mod decoder;
 mod filters;
 mod fmus;
+mod line;
 mod rapier;
 mod table;
 mod timing;
@@ -25,7 +26,7 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 7] = [
+const PARTS: [Part; 8] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
@@ -33,6 +34,7 @@ const PARTS: [Part; 7] = [
     ("rapier", rapier::rows),
     ("decoder", decoder::rows),
     ("chain", chain::rows),
+    ("line", line::rows),
 ];
 
 fn main() -> Result<()> {
