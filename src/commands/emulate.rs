@@ -300,7 +300,7 @@ mod tests {
             "garbage 0 bytes read instead, 7 framing and 0 parity errors",
             "clients 0, 0 bytes from them",
             "late    overrun:   none",
-            "        oversleep: 1 waits, p50 2.000, p90 2.000, p99 2.000, p99.9 2.000, max 2.000 ms",
+            "oversleep: 1 waits, p50 2.000, p90 2.000, p99 2.000, p99.9 2.000, max 2.000 ms",
         ] {
             assert!(text.contains(line), "{line}\n{text}");
         }
