@@ -40,7 +40,7 @@ Ctrl-C ends the run early; what came until then is recorded and scored.")]
   struna emulate scenarios/swing.toml --link vg910d --wait-for-client
   struna emulate scenarios/swing.toml --duration 60 --rt --log emissions.csv
 
-Prints the port to open. Frames that nobody listens to are gone, as with a real gyro. Ctrl-C ends it.")]
+Prints the port to open. Frames that nobody listens to are gone, as with a real gyro.")]
     Emulate(Emulate),
     /// Write the truth motion of a scenario as CSV, without gyro or filters
     #[command(after_help = "Example:

@@ -341,6 +341,7 @@ fn start_of_frame(bytes: &[u8], sync: &[u8]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use struna_line::CharacterFormat;
 
     #[test]
     fn a_frame_starts_at_its_sync_bytes() {
@@ -366,5 +367,71 @@ mod tests {
         }
         let rate_hz = handed_over.mean_rate_hz().expect("five frames have a rate");
         assert!((rate_hz - 500.0).abs() < 1e-9, "{rate_hz}");
+    }
+
+    /// Remembers the clients and the frames it was told of.
+    #[derive(Default)]
+    struct Notes {
+        clients: Vec<Client>,
+        frames: Vec<u64>,
+    }
+
+    impl Watcher for Notes {
+        fn status(&mut self, status: &Status<'_>) {
+            if self.clients.last() != Some(&status.client) {
+                self.clients.push(status.client);
+            }
+        }
+
+        fn emitted(&mut self, emission: Emission) -> Result<()> {
+            self.frames.push(emission.index);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn events_of_the_line_are_played_into_the_port_in_order() {
+        let settings = DeviceSettings { baud: 115_200, format: CharacterFormat::default() };
+        let port = DevicePort::open(settings, None).expect("a pseudo-terminal");
+        let (mut notes, stop) = (Notes::default(), StopFlag::new());
+        // Two frames of four bytes; the second comes in two packets.
+        let frame = |index, end| OnTheWay { index, sample: SimTime::ZERO, end };
+        let mut player = Player {
+            port,
+            pacer: Pacer::start(),
+            entry: Entry::FrameBoundary,
+            sync: vec![0xA5],
+            watcher: &mut notes,
+            stop: &stop,
+            arrived: 0,
+            on_the_way: VecDeque::from([frame(0, 4), frame(1, 8)]),
+            handed_over: HandedOver::default(),
+            client: None,
+            status_due_ns: i64::MIN,
+        };
+        let mut batch = Batch::default();
+        for (k, event) in [
+            LineEvent::Bytes(&[0xA5, 1, 2, 3, 0xA5]),
+            LineEvent::Unplugged,
+            LineEvent::Bytes(&[4, 5]),
+            LineEvent::Plugged,
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            batch.push(SimTime::from_ns(i64::try_from(k).expect("a small number")), event);
+        }
+        assert_eq!(player.play(&mut batch).expect("it plays"), Waited::Due);
+        assert!(batch.events.is_empty() && batch.bytes.is_empty());
+        assert!(player.port.path().is_some());
+        let counts = player.port.counts();
+        assert_eq!((counts.sent, counts.unheard), (7, 7));
+        assert_eq!((player.arrived, player.on_the_way.len()), (7, 1));
+        stop.stop();
+        batch.push(SimTime::from_s(1e6).expect("a time"), LineEvent::Unplugged);
+        assert_eq!(player.play(&mut batch).expect("it plays"), Waited::Stopped);
+        assert!(player.port.path().is_some(), "what was not due has not happened");
+        assert_eq!(notes.clients, [Client::Absent, Client::Unplugged, Client::Absent]);
+        assert_eq!(notes.frames, [0]);
     }
 }

@@ -17,6 +17,7 @@ mod decoder;
 mod filters;
 mod fmus;
 mod gyro;
+mod line;
 mod rapier;
 mod table;
 mod timing;
@@ -27,7 +28,7 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 8] = [
+const PARTS: [Part; 10] = [
     ("filters", filters::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
@@ -37,6 +38,7 @@ const PARTS: [Part; 8] = [
     ("decoder", decoder::rows),
     ("chain", chain::rows),
     ("allan", allan::rows),
+    ("line", line::rows),
 ];
 
 fn main() -> Result<()> {

@@ -28,8 +28,8 @@ pub(super) fn execute(args: &Emulate) -> Result<Outcome> {
         None => usual_link(&scenario.name)?,
     };
     let port = DevicePort::open(device.settings, link.as_deref())?;
-    println!("{}", heading(&scenario, &port, link.as_deref()));
-    let mut bench = Bench { args, frames, device: Some(device), port: Some(port), stop: &stop };
+    let heading = heading(&scenario, &port, link.as_deref());
+    let bench = Bench { args, heading, frames, device, port, stop: &stop };
     let summary = match &args.log {
         None => bench.run(None)?,
         Some(path) => logged(path, |log| bench.run(Some(log)))?,
@@ -72,37 +72,38 @@ fn heading(scenario: &Scenario, port: &DevicePort, link: Option<&Path>) -> Strin
     )
 }
 
-/// What a run takes; device and port are gone after it.
+/// What a run takes.
 struct Bench<'a> {
     args: &'a Emulate,
+    heading: String,
     frames: u64,
-    device: Option<Device>,
-    port: Option<DevicePort>,
+    device: Device,
+    port: DevicePort,
     stop: &'a StopFlag,
 }
 
 impl Bench<'_> {
     /// Plays the device; nothing when it was stopped before it began.
-    fn run(&mut self, mut log: Option<&mut dyn Write>) -> Result<Option<Summary>> {
-        let (device, port) = (self.device.take(), self.port.take());
-        let (Some(device), Some(mut port)) = (device, port) else { return Ok(None) };
+    fn run(self, mut log: Option<&mut dyn Write>) -> Result<Option<Summary>> {
+        let Self { args, heading, frames, device, mut port, stop } = self;
+        println!("{heading}");
         if let Some(log) = &mut log {
             writeln!(log, "index,sample_ns,due_ns,sent_ns")?;
         }
-        if self.args.wait_for_client {
+        if args.wait_for_client {
             println!("waiting for a client");
-            if !port.wait_for_client(self.stop)? {
+            if !port.wait_for_client(stop)? {
                 return Ok(None);
             }
         }
-        if self.args.rt {
+        if args.rt {
             println!("rt      {}", RealTime::request());
         }
         let mut console = Console::new(device.settings.baud, log);
-        let entry = if self.args.mid_frame { Entry::MidFrame } else { Entry::FrameBoundary };
-        let pacer = Pacer::at_speed(self.args.speed);
-        let emulation = Emulation { device, port, pacer, entry, stop: self.stop };
-        let summary = emulation.play(self.frames, &mut console);
+        let entry = if args.mid_frame { Entry::MidFrame } else { Entry::FrameBoundary };
+        let pacer = Pacer::at_speed(args.speed);
+        let emulation = Emulation { device, port, pacer, entry, stop };
+        let summary = emulation.play(frames, &mut console);
         console.bar.finish_and_clear();
         summary.map(Some)
     }
@@ -299,7 +300,7 @@ mod tests {
             "garbage 0 bytes read instead, 7 framing and 0 parity errors",
             "clients 0, 0 bytes from them",
             "late    overrun:   none",
-            "        oversleep: 1 waits, p50 2.000, p90 2.000, p99 2.000, p99.9 2.000, max 2.000 ms",
+            "oversleep: 1 waits, p50 2.000, p90 2.000, p99 2.000, p99.9 2.000, max 2.000 ms",
         ] {
             assert!(text.contains(line), "{line}\n{text}");
         }

@@ -408,7 +408,8 @@ fn listener(master: &OwnedFd, own: u32) -> Result<Client, Errno> {
     if state[0].revents().contains(PollFlags::HUP) {
         return Ok(Client::Absent);
     }
-    match tcgetattr(master)?.input_speed() {
+    // The output speed: drivers of real ports know no other, and old interfaces set it alone.
+    match tcgetattr(master)?.output_speed() {
         // Zero baud means "hang up".
         0 => Ok(Client::Absent),
         baud => Ok(Client::Present { baud, agrees: agree(own, baud) }),

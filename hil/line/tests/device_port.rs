@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use proptest::prelude::*;
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::symlink;
@@ -239,6 +240,17 @@ fn a_client_that_corrects_its_baud_rate_reads_the_stream() {
     send(&mut port, 6..7);
     assert_eq!(port.client(), Client::Present { baud: 116_500, agrees: true });
     assert_accounted(port.counts());
+}
+
+#[test]
+fn the_output_speed_is_the_one_that_counts() {
+    // Older interfaces set no other, and drivers of real ports look at no other.
+    let mut port = plugged();
+    let client = fs::File::open(port.path().unwrap()).unwrap();
+    let mut termios = tcgetattr(&client).unwrap();
+    termios.set_output_speed(9600).unwrap();
+    tcsetattr(&client, OptionalActions::Now, &termios).unwrap();
+    assert_eq!(port.look().unwrap(), Client::Present { baud: 9600, agrees: false });
 }
 
 #[test]
