@@ -226,6 +226,11 @@ impl TimeBase {
             observed = Observed::ClockSet(set_ns as f64 / NS_PER_S);
         }
         self.latest_ns = time_ns;
+        if self.late.is_some() {
+            // As late as this it tells nothing about the line, and if a clock was set it would
+            // push what does out of the window.
+            return observed;
+        }
         let complete = self.note(Arrival { index, time_ns }, lateness_ns);
         if complete || lateness_ns < 0.0 {
             self.fit();
