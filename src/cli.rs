@@ -66,12 +66,12 @@ coefficient comes with an interval, with a bound, or with the reason why there i
     /// Run the estimators on a gyro at a serial port, real or virtual
     #[command(after_help = "Examples:
   struna hil --port /dev/ttyUSB0 --frame struna/vg910d@1
-  struna hil --port auto --frame frames/mine.toml --duration 480 --period-s 480 --angle-start-deg 360
-  struna hil --port $XDG_RUNTIME_DIR/struna/vg910d --scenario scenarios/demo.toml --out out/monday
+  struna hil --port auto --frame frames/mine.toml --duration 480 --period-s 480
+  struna hil --port /run/struna/vg910d --scenario scenarios/demo.toml --out out/monday
   struna hil --replay out/monday --averaging 15
 
-Writes record.csv, events.csv, report.json, and the bytes as they came (raw.bin, raw.csv). A port that
-is unplugged is opened again when it comes back. Ctrl-C ends the run; what came until then is kept.")]
+Writes record.csv, events.csv, report.json, and the bytes as they came (raw.bin, raw.csv). A port
+that is unplugged is opened again when it comes back. Ctrl-C ends the run; what came is kept.")]
     Hil(Box<Hil>),
     /// List the serial ports, real and virtual
     #[command(after_help = "Examples:

@@ -8,8 +8,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use struna::scenario::{RunAs, Scenario};
 use struna::session;
 use struna_gyro::Gyro;
-use struna_harness::{Averager, Emulator, Pipeline};
-use struna_kernel::{SampleGrid, SimTime};
+use struna_harness::clock::Resolved;
+use struna_harness::live::{LineInput, LiveEvent, LiveObserver, LivePipeline};
+use struna_harness::{Averager, DeviceUnderTest, Emulator, Pipeline};
+use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime};
+use struna_wire::FrameSpec;
 
 /// The system's allocator, counting.
 struct Counting;
@@ -65,7 +68,8 @@ fn no_sample_allocates_from_decoder_to_estimate() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let devices = session::devices(&scenario.estimators, folder.path()).expect("devices");
     let averager = Averager::new(grid, scenario.averaging_samples).expect("an averager");
-    let mut pipeline = Pipeline::new(scenario.frame, averager, devices).expect("a pipeline");
+    let frame = scenario.frame.clone();
+    let mut pipeline = Pipeline::new(frame, averager, devices).expect("a pipeline");
 
     let mut estimates = 0;
     let mut feed = |bytes: &[u8]| {
@@ -83,4 +87,57 @@ fn no_sample_allocates_from_decoder_to_estimate() {
     let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
     assert_eq!(estimates, 1000 * 7);
     assert_eq!(allocated, 0, "{allocated} allocations in 2700 samples");
+
+    // Counted here and not in a test of its own, which would count this one's allocations.
+    let devices = session::devices(&scenario.estimators, folder.path()).expect("devices");
+    live_samples_allocate_nothing(scenario.frame, devices, &bytes);
+}
+
+/// Counts what comes out.
+#[derive(Default)]
+struct Count {
+    frames: usize,
+    outputs: usize,
+}
+
+impl LiveObserver for Count {
+    fn input(&mut self, _time: SimTime, _input: LineInput<'_>) {}
+
+    fn frame(&mut self, _arrival: SimTime, _resolved: &Resolved) {
+        self.frames += 1;
+    }
+
+    fn output(&mut self, _sample: &RateSample, _estimates: &[AngleEstimate]) {
+        self.outputs += 1;
+    }
+
+    fn event(&mut self, _time: SimTime, _event: &LiveEvent) {}
+}
+
+/// The same bytes at the times of a live line: the time base settles, fits and slides on the way.
+fn live_samples_allocate_nothing(
+    frame: FrameSpec,
+    devices: Vec<Box<dyn DeviceUnderTest>>,
+    bytes: &[u8],
+) {
+    let len = frame.frame_len();
+    let mut pipeline = LivePipeline::new(frame, 3, SimTime::ZERO, devices).expect("a pipeline");
+    let mut count = Count::default();
+    let mut now_ns = 0;
+    let mut feed = |bytes: &[u8], count: &mut Count| {
+        for (k, frame) in bytes.chunks(len).enumerate() {
+            // 100 ppm slow, with a delay that differs.
+            now_ns += 3_333_667;
+            let delay_ns = i64::try_from(k % 13).unwrap_or(0) * 50_000;
+            let arrival = SimTime::from_ns(now_ns + delay_ns);
+            pipeline.take(arrival, LineInput::Bytes(frame), count).expect("estimates");
+        }
+    };
+    let (warm_up, rest) = bytes.split_at(10 * len);
+    feed(warm_up, &mut count);
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    feed(rest, &mut count);
+    let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    assert_eq!((count.frames, count.outputs), (3000, 1000));
+    assert_eq!(allocated, 0, "{allocated} allocations in 2990 live samples");
 }

@@ -41,7 +41,7 @@ impl Screen for StatusLine {
     }
 }
 
-/// The status in words.
+/// The status in words; what a narrow terminal cuts off is the least needed.
 fn line(status: &Status<'_>) -> String {
     let mut line = format!("{:.1} s", status.time.as_s());
     // A `String` takes whatever is written.
@@ -51,8 +51,13 @@ fn line(status: &Status<'_>) -> String {
     if let Some(gone_s) = status.gone_s {
         add(format_args!("  port gone for {gone_s:.1} s, trying again"));
     }
+    add(format_args!("  {} frames, {} lost", status.frames, status.lost));
+    match status.skew {
+        Some(skew) => add(format_args!("  {:+.1}+-{:.1} ppm", skew.ppm, skew.sigma_ppm)),
+        None => add(format_args!("  skew: not yet")),
+    }
     if let Some(rate_rad_s) = status.rate_rad_s {
-        add(format_args!("  rate {:+.3} deg/s", rate_rad_s / RAD_PER_DEG));
+        add(format_args!("  {:+.3} deg/s", rate_rad_s / RAD_PER_DEG));
     }
     for (name, estimate) in status.names.iter().zip(status.estimates) {
         add(format_args!("  {name} {:+.2}", estimate.angle_rad / RAD_PER_DEG));
@@ -60,11 +65,6 @@ fn line(status: &Status<'_>) -> String {
             add(format_args!("+-{:.2}", estimate.angle_sigma_rad / RAD_PER_DEG));
         }
         add(format_args!(" deg"));
-    }
-    add(format_args!("  {} frames, {} lost", status.frames, status.lost));
-    match status.skew {
-        Some(skew) => add(format_args!("  {:+.1}+-{:.1} ppm", skew.ppm, skew.sigma_ppm)),
-        None => add(format_args!("  skew: not yet")),
     }
     line
 }
@@ -98,10 +98,10 @@ mod tests {
         };
         assert_eq!(
             line(&status),
-            "12.3 s  rate -2.000 deg/s  integration +1.00 deg  rotation +1.00+-0.50 deg  \
-             3700 frames, 2 lost  +50.0+-0.3 ppm"
+            "12.3 s  3700 frames, 2 lost  +50.0+-0.3 ppm  -2.000 deg/s  integration +1.00 deg  \
+             rotation +1.00+-0.50 deg"
         );
         let gone = line(&Status { gone_s: Some(1.5), skew: None, ..status });
-        assert!(gone.contains("port gone for 1.5 s") && gone.ends_with("skew: not yet"), "{gone}");
+        assert!(gone.contains("port gone for 1.5 s") && gone.contains("skew: not yet"), "{gone}");
     }
 }

@@ -206,7 +206,10 @@ mod tests {
         }
     }
 
-    fn read(folder: &Path) -> Result<Vec<(i64, (&'static str, Vec<u8>))>> {
+    /// Time in nanoseconds, kind, bytes.
+    type Owned = (i64, (&'static str, Vec<u8>));
+
+    fn read(folder: &Path) -> Result<Vec<Owned>> {
         let mut read = Vec::new();
         replay(folder, &mut |time, input| {
             read.push((time.as_ns(), owned(input)));

@@ -216,8 +216,8 @@ impl LiveObserver for Recorder<'_> {
     }
 
     fn event(&mut self, time: SimTime, event: &LiveEvent) {
-        if let LiveEvent::Gap { lost, .. } = event {
-            self.figures.gaps.add(*lost);
+        if let LiveEvent::Gap(gap) = event {
+            self.figures.gaps.add(gap.lost);
         }
         let detail = words::detail(event);
         let is_for_people = matches!(

@@ -166,7 +166,7 @@ impl HilReport {
         )?;
         if line.port_losses > 0 {
             let (losses, lost) = (line.port_losses, line.samples_lost_with_port);
-            writeln!(f, "port    gone {losses} times, {lost} samples lost by that")?;
+            writeln!(f, "port    times gone: {losses}, samples lost by that: {lost}")?;
         }
         if self.gaps.is_empty() {
             return writeln!(f, "gaps    none");

@@ -1,13 +1,13 @@
 //! Events in words: kind and detail for `events.csv`, a sentence for people.
 
 use struna_harness::clock::Basis;
-use struna_harness::live::{GapCause, Guess, LiveEvent, Sighting};
+use struna_harness::live::{Gap, GapCause, Guess, LiveEvent, Sighting};
 
 /// The kind of an event, for `events.csv`.
 #[must_use]
 pub fn kind(event: &LiveEvent) -> &'static str {
     match event {
-        LiveEvent::Gap { .. } => "gap",
+        LiveEvent::Gap(_) => "gap",
         LiveEvent::PortLost { .. } => "port-lost",
         LiveEvent::PortBack { .. } => "port-back",
         LiveEvent::Resync { .. } => "resync",
@@ -22,21 +22,7 @@ pub fn kind(event: &LiveEvent) -> &'static str {
 #[must_use]
 pub fn detail(event: &LiveEvent) -> String {
     match event {
-        LiveEvent::Gap { from, to, lost, cause, basis } => {
-            let (from_s, to_s) = (from.as_s(), to.as_s());
-            let by = match basis {
-                Basis::Counter => "by the counter",
-                Basis::CounterAndTime => "by counter and time",
-                Basis::Inferred => "inferred from time",
-                Basis::Restarted => "inferred from time, the counter began anew",
-            };
-            let cause = match cause {
-                GapCause::Line => "lost on the line",
-                GapCause::Port => "port gone",
-                GapCause::Pause => "sensor paused",
-            };
-            format!("{lost} samples from {from_s:.6} s to {to_s:.6} s: {cause}; {by}")
-        }
+        LiveEvent::Gap(gap) => gap_in_words(gap),
         LiveEvent::PortLost { reason } => reason.clone(),
         LiveEvent::PortBack { after_s } => format!("after {after_s:.3} s"),
         LiveEvent::Resync { skipped_bytes } => format!("{skipped_bytes} bytes skipped"),
@@ -45,6 +31,22 @@ pub fn detail(event: &LiveEvent) -> String {
         LiveEvent::NoFrames(seen) => sighting(seen),
         other => format!("{other:?}"),
     }
+}
+
+fn gap_in_words(gap: &Gap) -> String {
+    let by = match gap.basis {
+        Basis::Counter => "by the counter",
+        Basis::CounterAndTime => "by counter and time",
+        Basis::Inferred => "inferred from time",
+        Basis::Restarted => "inferred from time, the counter began anew",
+    };
+    let cause = match gap.cause {
+        GapCause::Line => "lost on the line",
+        GapCause::Port => "port gone",
+        GapCause::Pause => "sensor paused",
+    };
+    let (lost, from_s, to_s) = (gap.lost, gap.from.as_s(), gap.to.as_s());
+    format!("{lost} samples from {from_s:.6} s to {to_s:.6} s: {cause}; {by}")
 }
 
 /// What a line without frames brought instead, and what may be the matter.

@@ -8,7 +8,9 @@ const NS_PER_S: f64 = 1e9;
 const PPM: f64 = 1e6;
 /// Blocks of a window. Of each block one point is kept, so memory and work do not grow with the
 /// sample rate.
-const BLOCKS: i64 = 256;
+const BLOCKS: usize = 256;
+/// The same number, to divide times by.
+const BLOCKS_NS: i64 = 256;
 /// A line that is wrong by more than this is not late: somebody has set a clock.
 const STEP_NS: f64 = 0.25e9;
 /// How long every sample has to be late by a step before it is taken for one. A host that was
@@ -143,11 +145,12 @@ impl TimeBase {
     /// A time base that has seen nothing.
     #[must_use]
     pub fn new(settings: TimeBaseSettings) -> Self {
-        let kept = usize::try_from(BLOCKS).unwrap_or(0) + 2;
+        // One more than a window holds, and the one that begins.
+        let kept = BLOCKS + 2;
         Self {
             settings,
             blocks: VecDeque::with_capacity(kept),
-            block_ns: (settings.window.as_ns() / BLOCKS).max(1),
+            block_ns: (settings.window.as_ns() / BLOCKS_NS).max(1),
             block_start_ns: 0,
             hull: Vec::with_capacity(kept),
             line: None,
@@ -226,6 +229,11 @@ impl TimeBase {
             observed = Observed::ClockSet(set_ns as f64 / NS_PER_S);
         }
         self.latest_ns = time_ns;
+        if self.late.is_some() {
+            // As late as this it tells nothing about the line, and if a clock was set it would
+            // push what does out of the window.
+            return observed;
+        }
         let complete = self.note(Arrival { index, time_ns }, lateness_ns);
         if complete || lateness_ns < 0.0 {
             self.fit();
@@ -288,7 +296,7 @@ impl TimeBase {
     fn drop_old(&mut self, now_ns: i64) {
         let window_ns = self.settings.window.as_ns();
         let is_old = |block: &Arrival| now_ns.saturating_sub(block.time_ns) > window_ns;
-        while self.blocks.front().is_some_and(is_old) || self.blocks.len() as i64 > BLOCKS {
+        while self.blocks.front().is_some_and(is_old) || self.blocks.len() > BLOCKS {
             self.blocks.pop_front();
         }
     }

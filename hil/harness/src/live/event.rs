@@ -14,23 +14,27 @@ pub enum GapCause {
     Pause,
 }
 
+/// Missing samples, between two instants of the record's time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gap {
+    /// End of the last sample before.
+    pub from: SimTime,
+    /// Begin of the first sample after.
+    pub to: SimTime,
+    /// Samples missing.
+    pub lost: u64,
+    /// Why.
+    pub cause: GapCause,
+    /// What the number of samples rests on.
+    pub basis: Basis,
+}
+
 /// Something worth a line in the record's list of events.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LiveEvent {
-    /// Samples are missing between two instants of the record's time.
-    Gap {
-        /** End of the last sample before. */
-        from: SimTime,
-        /** Begin of the first sample after. */
-        to: SimTime,
-        /** Samples missing. */
-        lost: u64,
-        /** Why. */
-        cause: GapCause,
-        /** What the number of samples rests on. */
-        basis: Basis,
-    },
+    /// Samples are missing.
+    Gap(Gap),
     /// The port is gone.
     PortLost {
         /** What the system said. */

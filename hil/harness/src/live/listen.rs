@@ -118,8 +118,8 @@ impl Listener<'_> {
     /// Waits for a lost port; an end when one was due meanwhile.
     fn lost(&mut self, now: SimTime, reason: String) -> Result<Option<Ended>, PipelineError> {
         self.silent = None;
-        self.observer.event(self.pipeline.time(), &LiveEvent::PortLost { reason });
         self.take(now, LineInput::Lost)?;
+        self.observer.event(self.pipeline.time(), &LiveEvent::PortLost { reason });
         let mut back_off_ns = BACK_OFF_NS.0;
         loop {
             if let Some(ended) = self.wait(back_off_ns) {
@@ -132,8 +132,8 @@ impl Listener<'_> {
         }
         let back = self.clock.now();
         let after_s = back.seconds_since(now);
-        self.observer.event(self.pipeline.time(), &LiveEvent::PortBack { after_s });
         self.take(back, LineInput::Back)?;
+        self.observer.event(self.pipeline.time(), &LiveEvent::PortBack { after_s });
         Ok(None)
     }
 

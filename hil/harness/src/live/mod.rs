@@ -4,7 +4,7 @@ mod event;
 mod listen;
 mod source;
 
-pub use event::{GapCause, Guess, LiveEvent, Sighting};
+pub use event::{Gap, GapCause, Guess, LiveEvent, Sighting};
 pub use listen::{Ended, Listening, listen};
 pub use source::{ByteSource, HostClock, SourceRead};
 
@@ -272,7 +272,8 @@ impl Chain {
         let is_gap = resolved.lost > 0 || cause != GapCause::Line;
         if is_gap && self.last.is_some() {
             let to = self.clock.time_of(resolved.index).max(before);
-            self.gap(before, to, resolved.lost, cause, resolved.basis, observer);
+            let Resolved { lost, basis, .. } = resolved;
+            self.gap(Gap { from: before, to, lost, cause, basis }, observer);
         }
         self.last = Some((arrival, resolved.index));
         self.measure(frame, resolved.index, observer);
@@ -309,24 +310,17 @@ impl Chain {
         self.clock.advance(resolved.index + 1, target, self.base.period_s(), slew);
     }
 
-    fn gap(
-        &mut self,
-        from: SimTime,
-        to: SimTime,
-        lost: u64,
-        cause: GapCause,
-        basis: Basis,
-        observer: &mut dyn LiveObserver,
-    ) {
+    fn gap(&mut self, gap: Gap, observer: &mut dyn LiveObserver) {
         let report = &mut self.report;
-        let of_cause = match cause {
+        let of_cause = match gap.cause {
             GapCause::Port => &mut report.lost_with_port,
             GapCause::Line | GapCause::Pause => &mut report.lost_on_line,
         };
-        *of_cause = of_cause.saturating_add(lost);
-        report.inferred_gaps += u64::from(matches!(basis, Basis::Inferred | Basis::Restarted));
-        report.longest_gap_s = report.longest_gap_s.max(to.seconds_since(from));
-        observer.event(from, &LiveEvent::Gap { from, to, lost, cause, basis });
+        *of_cause = of_cause.saturating_add(gap.lost);
+        let is_inferred = matches!(gap.basis, Basis::Inferred | Basis::Restarted);
+        report.inferred_gaps += u64::from(is_inferred);
+        report.longest_gap_s = report.longest_gap_s.max(gap.to.seconds_since(gap.from));
+        observer.event(gap.from, &LiveEvent::Gap(gap));
     }
 
     fn measure(&mut self, frame: &Frame, index: u64, observer: &mut dyn LiveObserver) {
@@ -353,6 +347,7 @@ impl Chain {
         let lost = periods as u64;
         let from = self.time();
         let to = self.clock.time_of(index.saturating_add(1).saturating_add(lost));
-        self.gap(from, to, lost, GapCause::Port, Basis::Inferred, observer);
+        let (cause, basis) = (GapCause::Port, Basis::Inferred);
+        self.gap(Gap { from, to, lost, cause, basis }, observer);
     }
 }
