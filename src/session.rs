@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use struna_body::Backend;
 use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
 use struna_gyro::Gyro;
+use struna_harness::fault::Injector;
 use struna_harness::{
     Averager, BodySource, DeviceUnderTest, Emulator, FmuDevice, MotionSource, Observer, Pacing,
     Parameter, ParameterValue, Pipeline, Reference, RunReport,
@@ -58,7 +59,11 @@ pub fn run(scenario: &Scenario, drive: Drive<'_>) -> Result<Session> {
     let frames = grid.periods_until(scenario.duration);
     let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
     let emulator = Emulator::new(motion_source(scenario)?, gyro, grid, &scenario.frame)?;
-    let emulator = emulator.with_sampling(scenario.sampling);
+    let mut emulator = emulator.with_sampling(scenario.sampling);
+    if !scenario.faults.is_empty() {
+        let injector = Injector::new(&scenario.faults, &scenario.frame, scenario.seed, 0);
+        emulator = emulator.with_faults(injector);
+    }
     let devices = devices(&scenario.estimators, drive.fmu_folder)?;
     let averager = Averager::new(grid, scenario.averaging_samples)?;
     let mut recorder = Recorder::new(scenario, drive.progress);

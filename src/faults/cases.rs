@@ -96,8 +96,7 @@ pub fn cases(stream: Stream) -> Vec<Case> {
     let moment = |kind, size| Case { kind, size, family: Family::Short, duration_s: 0.0 };
     let short = |kind, size| Case { kind, size, family: Family::Short, duration_s: 0.2 };
     let long = |kind, size| Case { kind, size, family: Family::Persistent, duration_s: 5.0 };
-    let timing =
-        |kind, size, duration_s| Case { kind, size, family: Family::Timing, duration_s };
+    let timing = |kind, size, duration_s| Case { kind, size, family: Family::Timing, duration_s };
     let (bias_rad_s, ramp_rad_s2, spike_rad_s) = (rate(0.5, 5.0), rate(0.1, 1.0), rate(10.0, 30.0));
     vec![
         byte(FaultKind::ByteDrop, ""),

@@ -1,8 +1,8 @@
 //! All trials of a suite, and what they say about each detector.
 
+use super::Stream;
 use super::cases::{Case, cases};
 use super::trial::{Trial, trial};
-use super::Stream;
 use anyhow::{Context, Result};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -54,8 +54,8 @@ impl StreamMatrix {
         let stuck = limits.stuck_samples.map_or("none".to_owned(), |samples| samples.to_string());
         writeln!(
             f,
-            "limits: stuck {stuck} samples, step {:.2} deg/s, innovation {:.2} deg/s ({:.1} sigma), \
-             variance {:.0}, rest {:.3} deg/s",
+            "limits: stuck {stuck} samples, step {:.2} deg/s, innovation {:.2} deg/s \
+             ({:.1} sigma), variance {:.0}, rest {:.3} deg/s",
             deg_s(limits.step_rad_s),
             deg_s(limits.innovation_rad_s),
             limits.innovation_rad_s / limits.innovation_sigma_rad_s,
@@ -89,11 +89,7 @@ fn letter(k: usize) -> char {
     char::from(b'a' + u8::try_from(k % 26).unwrap_or(0))
 }
 
-fn write_row(
-    f: &mut fmt::Formatter<'_>,
-    row: &Row,
-    notes: &mut Vec<&'static str>,
-) -> fmt::Result {
+fn write_row(f: &mut fmt::Formatter<'_>, row: &Row, notes: &mut Vec<&'static str>) -> fmt::Result {
     let note = match row.observability {
         Observability::Observable => None,
         Observability::NotObservable(reason) => {
@@ -129,7 +125,10 @@ fn cell(row: &Row, detector: Detector) -> String {
 }
 
 fn ablation(f: &mut fmt::Formatter<'_>, matrix: &Matrix) -> fmt::Result {
-    writeln!(f, "Without a part of the set, these are lost (found before, by how many of a hundred after):")?;
+    writeln!(
+        f,
+        "Without a part of the set, these are lost (found before, by how many of a hundred after):"
+    )?;
     for (k, (part, _)) in Ablation::PARTS.iter().enumerate() {
         let mut lost = Vec::new();
         for stream in &matrix.streams {

@@ -4,9 +4,7 @@ use super::{Stream, TestMotion};
 use struna_gyro::Gyro;
 use struna_harness::fault::{FaultPlan, FaultRecord};
 use struna_harness::monitor::{Alarm, AlarmChange, Listener};
-use struna_harness::{
-    Emulator, LineEvent, MotionSource, Reference, SourceError, Transmitter,
-};
+use struna_harness::{Emulator, LineEvent, MotionSource, Reference, SourceError, Transmitter};
 use struna_kernel::{SampleGrid, Seed, SimTime};
 use struna_line::LineModel;
 
@@ -34,7 +32,8 @@ pub fn trial(
     let grid = SampleGrid::new(SimTime::ZERO, stream.gyro().sample_rate_hz)?;
     let emulator = Emulator::new(Box::new(Turntable), gyro, grid, &frame)?;
     let emulator = emulator.with_sampling(struna_harness::Sampling::Instantaneous);
-    let emulator = emulator.with_faults(struna_harness::fault::Injector::new(plan, &frame, seed, run));
+    let emulator =
+        emulator.with_faults(struna_harness::fault::Injector::new(plan, &frame, seed, run));
     let mut transmitter = Transmitter::new(emulator, LineModel::new(stream.line()));
     let mut host = Host { listener: Listener::new(frame, &stream.declared())?, alarms: Vec::new() };
     for _ in 0..grid.periods_until(SimTime::from_s(duration_s)?) {
