@@ -152,6 +152,7 @@ fn wrapped(line: &str) -> String {
     let mut columns = 0;
     for part in line.split_inclusive(", ") {
         if columns + part.len() > 118 {
+            out.truncate(out.trim_end().len());
             out.push_str("\n      ");
             columns = 6;
         }

@@ -7,6 +7,9 @@ use struna_gyro::Upset;
 use struna_kernel::{Channel, RandomStream, Seed, SimTime};
 use struna_wire::{Decoder, Encoder, FrameSpec};
 
+/// As many equal frames convince a decoder of any layout.
+const CONFIRMING_FRAMES: usize = 16;
+
 /// What leaves the injector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dispatch<'a> {
@@ -338,9 +341,12 @@ impl State {
         let Some(rate) = self.rate else { return };
         let mut decoder = Decoder::new(self.frame.clone());
         let mut decoded = None;
-        decoder.push(&self.packet.bytes, &mut |frame| {
-            decoded.get_or_insert_with(|| (frame.index, frame.raw().to_vec()));
-        });
+        // Frames of little evidence are believed only in a row.
+        for _ in 0..CONFIRMING_FRAMES {
+            decoder.push(&self.packet.bytes, &mut |frame| {
+                decoded.get_or_insert_with(|| (frame.index, frame.raw().to_vec()));
+            });
+        }
         // Whatever was done to the frame before has left no rate to replace.
         let Some((index, mut raw)) = decoded else { return };
         let field = &self.frame.fields()[rate];
