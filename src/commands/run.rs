@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::report::Report;
 use crate::scenario::Scenario;
 use crate::session::{self, Drive, Session};
-use crate::{backend, figure, score::Score};
+use crate::{backend, faults, figure, score::Score};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use struna_harness::fault::write_fault_csv;
@@ -22,6 +22,9 @@ pub(super) fn execute(scenario: Scenario, out: Option<PathBuf>, pacing: Pacing) 
     ctrlc::set_handler(move || on_interrupt.stop()).context("cannot listen for Ctrl-C")?;
     let fmu_folder = out.join("fmu");
     create_folder(&fmu_folder)?;
+    for note in faults::unseen(&scenario) {
+        println!("{note}");
+    }
     let mut progress = Progress::new(scenario.duration, &scenario.name);
     let session = session::run(
         &scenario,
