@@ -194,9 +194,10 @@ fn limits_follow_from_what_is_declared() {
     let coarse = limits(|d| d.lsb_rad_s = 3.0 * d.noise_sigma_rad_s);
     assert!(coarse.stuck_samples.is_some_and(|samples| samples > 50), "{coarse:?}");
     assert_eq!(limits(|d| d.lsb_rad_s = 100.0 * d.noise_sigma_rad_s).stuck_samples, None);
-    // About thirty equal samples in a row are sound on the coarse gyro.
+    // On the coarse gyro some thirty equal samples come in a day; once in 1000 h is more, and less
+    // than the tenth of a second that would be noticed.
     let adis = Limits::of(&Stream::Adis.declared()).unwrap();
-    assert!(adis.stuck_samples.is_some_and(|n| (29..80).contains(&n)), "{adis:?}");
+    assert!(adis.stuck_samples.is_some_and(|n| (30..140).contains(&n)), "{adis:?}");
 }
 
 #[test]

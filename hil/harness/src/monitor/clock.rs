@@ -9,7 +9,9 @@ const CELL_NS: i64 = NS_PER_S / 4;
 /// The present: the last second.
 const PRESENT_CELLS: i64 = 4;
 /// And the eleven seconds before it.
-const CELLS: usize = 48;
+const CELLS: i64 = 48;
+/// The same as a length.
+const CELLS_KEPT: usize = 48;
 
 /// Compares the least delay of the last second with the least of the eleven before.
 ///
@@ -18,7 +20,7 @@ const CELLS: usize = 48;
 #[derive(Debug, Clone)]
 pub(super) struct ClockWatch {
     period_ns: f64,
-    cells: [Option<(i64, f64)>; CELLS],
+    cells: [Option<(i64, f64)>; CELLS_KEPT],
     /// The present cell and the least of what lies before the present.
     now: i64,
     before_ns: Option<f64>,
@@ -28,7 +30,7 @@ pub(super) struct ClockWatch {
 impl ClockWatch {
     pub(super) fn new(period_s: f64) -> Self {
         let period_ns = period_s * NS_PER_S as f64;
-        Self { period_ns, cells: [None; CELLS], now: i64::MIN, before_ns: None, since: None }
+        Self { period_ns, cells: [None; CELLS_KEPT], now: i64::MIN, before_ns: None, since: None }
     }
 
     /// Forgets everything: the count is no longer known.
@@ -44,7 +46,7 @@ impl ClockWatch {
         self.since = self.since.or(Some(cell));
         if cell != self.now {
             self.now = cell;
-            self.before_ns = self.least(cell - CELLS as i64 + 1, cell - PRESENT_CELLS);
+            self.before_ns = self.least(cell - CELLS + 1, cell - PRESENT_CELLS);
         }
         match &mut self.cells[place(cell)] {
             Some((found, least)) if *found == cell => *least = least.min(delay_ns),
@@ -67,7 +69,7 @@ impl ClockWatch {
 }
 
 fn place(cell: i64) -> usize {
-    usize::try_from(cell.rem_euclid(CELLS as i64)).unwrap_or(0)
+    usize::try_from(cell.rem_euclid(CELLS)).unwrap_or(0)
 }
 
 /// Counts the frames of the last second.
