@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use struna_body::Backend;
 use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
 use struna_gyro::Gyro;
+use struna_harness::fault::Injector;
 use struna_harness::{
     Averager, BodySource, DeviceUnderTest, Emulator, FmuDevice, MotionSource, Observer, Pacing,
     Parameter, ParameterValue, Pipeline, Reference, RunReport,
@@ -91,7 +92,12 @@ pub fn emulator(scenario: &Scenario) -> Result<Emulator> {
     let gyro = Gyro::new(scenario.gyro, scenario.seed, 0)?;
     let grid = sample_grid(scenario)?;
     let emulator = Emulator::new(motion_source(scenario)?, gyro, grid, &scenario.frame)?;
-    Ok(emulator.with_surroundings(scenario.surroundings))
+    let emulator = emulator.with_surroundings(scenario.surroundings);
+    if scenario.faults.is_empty() {
+        return Ok(emulator);
+    }
+    let injector = Injector::new(&scenario.faults, &scenario.frame, scenario.seed, 0);
+    Ok(emulator.with_faults(injector))
 }
 
 /// The source of a scenario's motion.

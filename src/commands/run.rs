@@ -6,9 +6,10 @@ use crate::progress::Progress;
 use crate::report::Report;
 use crate::scenario::Scenario;
 use crate::session::{self, Drive, Session};
-use crate::{backend, figure, score::Score};
+use crate::{backend, faults, figure, score::Score};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
+use struna_harness::fault::write_fault_csv;
 use struna_harness::{Pacing, RunReport};
 use struna_line::StopFlag;
 
@@ -21,6 +22,9 @@ pub(super) fn execute(scenario: Scenario, out: Option<PathBuf>, pacing: Pacing) 
     ctrlc::set_handler(move || on_interrupt.stop()).context("cannot listen for Ctrl-C")?;
     let fmu_folder = out.join("fmu");
     create_folder(&fmu_folder)?;
+    for note in faults::unseen(&scenario) {
+        println!("{note}");
+    }
     let mut progress = Progress::new(scenario.duration, &scenario.name);
     let session = session::run(
         &scenario,
@@ -48,6 +52,10 @@ fn finish(scenario: &Scenario, session: &Session, out: &Path) -> Result<()> {
     let Session { record, report } = session;
     let score = Score::of(record);
     write_whole(&out.join("record.csv"), |file| record.write_csv(file))?;
+    let faulty = !scenario.faults.is_empty();
+    if faulty {
+        write_whole(&out.join("faults.csv"), |file| write_fault_csv(&report.faults, file))?;
+    }
     let title = format!(
         "{}: {} s, seed {}, truth by {}",
         scenario.name,
@@ -60,8 +68,9 @@ fn finish(scenario: &Scenario, session: &Session, out: &Path) -> Result<()> {
     let report = Report::new(scenario, record, report, &score);
     let json = serde_json::to_string_pretty(&report)?;
     write_whole(&out.join("score.json"), |file| writeln!(file, "{json}"))?;
+    let sidecar = if faulty { ", faults.csv" } else { "" };
     println!(
-        "{score}\n\n{report}\n\nwritten to {}: record.csv, score.json, figure.svg",
+        "{score}\n\n{report}\n\nwritten to {}: record.csv, score.json, figure.svg{sidecar}",
         out.display()
     );
     Ok(())

@@ -6,9 +6,9 @@ use super::trial::{Trial, trial};
 use anyhow::{Context, Result};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use struna_harness::fault::{FaultPlan, FaultRecord};
+use struna_harness::fault::{FaultKind, FaultPlan, FaultRecord};
 use struna_harness::monitor::{Alarm, Detector, Limits, Observability, observability};
-use struna_kernel::Seed;
+use struna_kernel::{Seed, SimTime};
 
 /// Faults begin this long after the start: what looks back has seen enough by then.
 pub(super) const FIRST_S: f64 = 13.0;
@@ -301,29 +301,54 @@ const fn tail_s(detector: Detector) -> f64 {
     }
 }
 
-fn is_of(alarm: &Alarm, record: &FaultRecord) -> bool {
-    let since_s = alarm.since.seconds_since(record.start);
-    let lasts_s = record.end.seconds_since(record.start);
-    (0.0..=lasts_s + tail_s(alarm.detector)).contains(&since_s)
+/// An event in the host's time.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    start: SimTime,
+    lasts_s: f64,
+}
+
+/// The events of a trial as the host meets them. Records hold the gyro's time, and what its clock
+/// has lost in jumps and drifts so far lies between the two.
+fn spans(records: &[FaultRecord]) -> Vec<Span> {
+    let mut behind_ns = 0;
+    let mut span = |record: &FaultRecord| {
+        let start = SimTime::from_ns(record.start.as_ns() + behind_ns);
+        let lasts_s = record.end.seconds_since(record.start);
+        let lost_s = match record.kind {
+            FaultKind::ClockJump { jump_s } => jump_s,
+            FaultKind::ClockDrift { share } => share * lasts_s,
+            _ => 0.0,
+        };
+        behind_ns += SimTime::from_s(lost_s).map_or(0, SimTime::as_ns);
+        Span { start, lasts_s }
+    };
+    records.iter().map(&mut span).collect()
+}
+
+fn is_of(alarm: &Alarm, span: &Span) -> bool {
+    let since_s = alarm.since.seconds_since(span.start);
+    (0.0..=span.lasts_s + tail_s(alarm.detector)).contains(&since_s)
 }
 
 fn row(stream: Stream, limits: &Limits, case: Case, trial: &Trial) -> Row {
-    let mut found_by = vec![0_u16; trial.records.len()];
+    let spans = spans(&trial.records);
+    let mut found_by = vec![0_u16; spans.len()];
     let mut cells = [Cell::default(); DETECTORS];
     for detector in Detector::ALL {
         let alarms: Vec<_> = trial.alarms.iter().filter(|a| a.detector == detector).collect();
         let mut delays_s = Vec::new();
-        for (found, record) in found_by.iter_mut().zip(&trial.records) {
+        for (found, span) in found_by.iter_mut().zip(&spans) {
             // Alarms are in the order of their beginnings.
-            let from = alarms.partition_point(|alarm| alarm.since < record.start);
-            if let Some(alarm) = alarms.get(from).filter(|alarm| is_of(alarm, record)) {
+            let from = alarms.partition_point(|alarm| alarm.since < span.start);
+            if let Some(alarm) = alarms.get(from).filter(|alarm| is_of(alarm, span)) {
                 *found |= bits(&[detector]);
-                delays_s.push(alarm.since.seconds_since(record.start));
+                delays_s.push(alarm.since.seconds_since(span.start));
             }
         }
         let is_true = |alarm: &&&Alarm| {
-            let to = trial.records.partition_point(|record| record.start <= alarm.since);
-            trial.records[..to].iter().rev().take(8).any(|record| is_of(alarm, record))
+            let to = spans.partition_point(|span| span.start <= alarm.since);
+            spans[..to].iter().rev().take(8).any(|span| is_of(alarm, span))
         };
         let true_alarms = alarms.iter().filter(is_true).count();
         delays_s.sort_by(f64::total_cmp);
@@ -337,7 +362,7 @@ fn row(stream: Stream, limits: &Limits, case: Case, trial: &Trial) -> Row {
     Row {
         case,
         observability: observability(&case.fault(FIRST_S), &stream.declared(), limits),
-        events: count(trial.records.len()),
+        events: count(spans.len()),
         cells,
         ablation: Ablation::of(&found_by),
     }

@@ -11,6 +11,7 @@ mod motion;
 mod streams;
 mod table;
 mod trial;
+mod unseen;
 
 pub use cases::{Case, Family, cases};
 pub use figure::svg;
@@ -19,3 +20,4 @@ pub use motion::TestMotion;
 pub use streams::Stream;
 pub use table::write_csv;
 pub use trial::{Trial, trial};
+pub use unseen::unseen;

@@ -2,7 +2,7 @@
 
 use super::motion::TestMotion;
 use struna_gyro::datasheet::{rad_s_from_deg_h, rad_s_from_deg_s};
-use struna_gyro::{GyroParams, Response, preset};
+use struna_gyro::{GyroParams, preset};
 use struna_harness::monitor::Declared;
 use struna_kernel::{RAD_PER_DEG, SimTime};
 use struna_line::{Bridge, LineSettings};
@@ -95,7 +95,6 @@ impl Stream {
         match self {
             Self::Vg | Self::Weak => GyroParams {
                 angle_random_walk_rad_sqrt_s: walk(0.02, 300.0),
-                response: Response { natural_frequency_hz: 0.0, ..preset::vg910d().response },
                 ..preset::vg910d().without_errors()
             },
             Self::Adis => GyroParams {

@@ -54,8 +54,8 @@ impl StreamMatrix {
         let stuck = limits.stuck_samples.map_or("none".to_owned(), |samples| samples.to_string());
         writeln!(
             f,
-            "limits: stuck {stuck} samples, step {:.2} deg/s, innovation {:.2} deg/s ({:.1} sigma), \
-             variance {:.0}, rest {:.3} deg/s",
+            "limits: stuck {stuck} samples, step {:.2} deg/s, innovation {:.2} deg/s \
+             ({:.1} sigma), variance {:.0}, rest {:.3} deg/s",
             deg_s(limits.step_rad_s),
             deg_s(limits.innovation_rad_s),
             limits.innovation_rad_s / limits.innovation_sigma_rad_s,
@@ -152,6 +152,7 @@ fn wrapped(line: &str) -> String {
     let mut columns = 0;
     for part in line.split_inclusive(", ") {
         if columns + part.len() > 118 {
+            out.truncate(out.trim_end().len());
             out.push_str("\n      ");
             columns = 6;
         }

@@ -5,6 +5,7 @@
 mod body;
 mod environment;
 mod estimators;
+mod fault;
 mod gyro;
 mod line;
 mod numbers;
@@ -19,6 +20,7 @@ use crate::frames;
 use std::path::{Path, PathBuf};
 use struna_body::Mounting;
 use struna_gyro::{GyroParams, Surroundings};
+use struna_harness::fault::FaultPlan;
 use struna_kernel::{Seed, SimTime};
 use struna_settings::{Result, SettingsError, Table};
 use struna_wire::FrameSpec;
@@ -54,6 +56,8 @@ pub struct Scenario {
     pub averaging_samples: u64,
     /// The estimators, in the order of the record.
     pub estimators: Vec<EstimatorPlan>,
+    /// What goes wrong on purpose.
+    pub faults: FaultPlan,
 }
 
 /// Why a scenario cannot be run.
@@ -130,7 +134,17 @@ fn read_frame(path: &Path) -> std::result::Result<FrameSpec, ScenarioError> {
 
 /// The scenario, and the frame file still to be read if it names one.
 fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBuf>)> {
-    root.only(&["run", "source", "environment", "body", "gyro", "line", "averaging", "estimator"])?;
+    root.only(&[
+        "run",
+        "source",
+        "environment",
+        "body",
+        "gyro",
+        "line",
+        "averaging",
+        "estimator",
+        "fault",
+    ])?;
     let run = root.required("run")?.table()?;
     run.only(&["name", "duration_s", "seed"])?;
     let name = run_name(&run)?;
@@ -161,6 +175,7 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
         frame,
         averaging_samples: averaging(root)?,
         estimators: estimators::estimators(&estimators, folder)?,
+        faults: fault::plan(root)?,
     };
     Ok((scenario, frame_file))
 }

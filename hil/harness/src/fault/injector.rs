@@ -7,6 +7,11 @@ use struna_gyro::Upset;
 use struna_kernel::{Channel, RandomStream, Seed, SimTime};
 use struna_wire::{Decoder, Encoder, FrameSpec};
 
+/// More than this is not doubled again: many such faults in a plan must not fill the memory.
+const DUPLICATED_BYTES_MAX: usize = 1024;
+/// As many equal frames convince a decoder of any layout.
+const CONFIRMING_FRAMES: usize = 16;
+
 /// What leaves the injector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dispatch<'a> {
@@ -69,8 +74,10 @@ struct State {
     sent_bytes: u64,
     packet: Packet,
     garbled: Vec<u8>,
-    /// A frame that is to come after its successor, and its place.
-    held: Option<(Vec<u8>, u64)>,
+    /// A frame that is to come after its successor.
+    held: Option<Packet>,
+    /// One that comes after the present frame; faults have done with it.
+    due: Option<Packet>,
     /// How far the gyro's sample clock has fallen behind, ns.
     behind_ns: f64,
     delay_s: f64,
@@ -133,6 +140,7 @@ impl Injector {
             }
             state.strike_by_byte(armed, records, next_id);
         }
+        state.release();
         state.send(sink);
         for open in armed.iter_mut().filter_map(|armed| armed.open.as_mut()) {
             open.record.sent_bytes.1 = state.sent_bytes;
@@ -143,7 +151,8 @@ impl Injector {
     pub fn finish(&mut self, sink: &mut dyn FnMut(Dispatch<'_>)) {
         let Self { armed, state, records, .. } = self;
         state.packet.clear();
-        state.release_held();
+        state.due = state.held.take();
+        state.release();
         state.send(sink);
         let end = state.time;
         for armed in armed {
@@ -230,6 +239,7 @@ impl State {
             packet,
             garbled: Vec::new(),
             held: None,
+            due: None,
             behind_ns: 0.0,
             delay_s: 0.0,
             baud_share: 0.0,
@@ -250,16 +260,17 @@ impl State {
         self.wants_port = true;
     }
 
-    /// A fresh frame, behind which the one held back leaves.
+    /// A fresh frame, and after it the one held back.
     fn load(&mut self, frame: &[u8]) {
         self.packet.fill(frame, self.clean_bytes);
         self.clean_bytes += frame.len() as u64;
-        self.release_held();
+        self.due = self.held.take();
     }
 
-    fn release_held(&mut self) {
-        if let Some((frame, origin)) = self.held.take() {
-            self.packet.append(&frame, origin);
+    /// Lets the frame that was held back follow the present one.
+    fn release(&mut self) {
+        if let Some(due) = self.due.take() {
+            self.packet.follow(due);
         }
     }
 
@@ -317,16 +328,14 @@ impl State {
                 self.packet.truncate(left);
                 record.magnitude = left as f64;
             }
-            FaultKind::DuplicatedFrame => {
+            FaultKind::DuplicatedFrame if self.packet.len() <= DUPLICATED_BYTES_MAX => {
                 let (bytes, origins) = (self.packet.bytes.clone(), self.packet.origins.clone());
                 self.packet.bytes.extend(bytes);
                 self.packet.origins.extend(origins);
             }
-            // What is held already leaves with this frame: one swap at a time.
-            FaultKind::SwappedFrames if self.packet.len() > 0 => {
-                let origin = self.packet.origins[0];
-                self.held = Some((std::mem::take(&mut self.packet.bytes), origin));
-                self.packet.clear();
+            // One swap at a time: a frame behind which another waits is not held back too.
+            FaultKind::SwappedFrames if self.packet.len() > 0 && self.due.is_none() => {
+                self.held = Some(std::mem::take(&mut self.packet));
             }
             FaultKind::WrongValue => self.replace_rate(armed, record),
             _ => {}
@@ -338,9 +347,12 @@ impl State {
         let Some(rate) = self.rate else { return };
         let mut decoder = Decoder::new(self.frame.clone());
         let mut decoded = None;
-        decoder.push(&self.packet.bytes, &mut |frame| {
-            decoded.get_or_insert_with(|| (frame.index, frame.raw().to_vec()));
-        });
+        // Frames of little evidence are believed only in a row.
+        for _ in 0..CONFIRMING_FRAMES {
+            decoder.push(&self.packet.bytes, &mut |frame| {
+                decoded.get_or_insert_with(|| (frame.index, frame.raw().to_vec()));
+            });
+        }
         // Whatever was done to the frame before has left no rate to replace.
         let Some((index, mut raw)) = decoded else { return };
         let field = &self.frame.fields()[rate];

@@ -14,12 +14,14 @@ impl Packet {
     /// Starts over with a clean frame whose first byte has the place `origin`.
     pub(super) fn fill(&mut self, frame: &[u8], origin: u64) {
         self.clear();
-        self.append(frame, origin);
-    }
-
-    pub(super) fn append(&mut self, frame: &[u8], origin: u64) {
         self.bytes.extend_from_slice(frame);
         self.origins.extend((0..frame.len() as u64).map(|k| origin + k));
+    }
+
+    /// Puts `next` behind what is there.
+    pub(super) fn follow(&mut self, next: Self) {
+        self.bytes.extend(next.bytes);
+        self.origins.extend(next.origins);
     }
 
     pub(super) fn clear(&mut self) {

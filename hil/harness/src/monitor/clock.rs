@@ -9,7 +9,9 @@ const CELL_NS: i64 = NS_PER_S / 4;
 /// The present: the last second.
 const PRESENT_CELLS: i64 = 4;
 /// And the eleven seconds before it.
-const CELLS: usize = 48;
+const CELLS: i64 = 48;
+/// The same as a length.
+const CELLS_KEPT: usize = 48;
 
 /// Compares the least delay of the last second with the least of the eleven before.
 ///
@@ -18,7 +20,7 @@ const CELLS: usize = 48;
 #[derive(Debug, Clone)]
 pub(super) struct ClockWatch {
     period_ns: f64,
-    cells: [Option<(i64, f64)>; CELLS],
+    cells: [Option<(i64, f64)>; CELLS_KEPT],
     /// The present cell and the least of what lies before the present.
     now: i64,
     before_ns: Option<f64>,
@@ -28,7 +30,7 @@ pub(super) struct ClockWatch {
 impl ClockWatch {
     pub(super) fn new(period_s: f64) -> Self {
         let period_ns = period_s * NS_PER_S as f64;
-        Self { period_ns, cells: [None; CELLS], now: i64::MIN, before_ns: None, since: None }
+        Self { period_ns, cells: [None; CELLS_KEPT], now: i64::MIN, before_ns: None, since: None }
     }
 
     /// Forgets everything: the count is no longer known.
@@ -44,7 +46,7 @@ impl ClockWatch {
         self.since = self.since.or(Some(cell));
         if cell != self.now {
             self.now = cell;
-            self.before_ns = self.least(cell - CELLS as i64 + 1, cell - PRESENT_CELLS);
+            self.before_ns = self.least(cell - CELLS + 1, cell - PRESENT_CELLS);
         }
         match &mut self.cells[place(cell)] {
             Some((found, least)) if *found == cell => *least = least.min(delay_ns),
@@ -67,7 +69,7 @@ impl ClockWatch {
 }
 
 fn place(cell: i64) -> usize {
-    usize::try_from(cell.rem_euclid(CELLS as i64)).unwrap_or(0)
+    usize::try_from(cell.rem_euclid(CELLS)).unwrap_or(0)
 }
 
 /// Counts the frames of the last second.
@@ -122,5 +124,55 @@ impl RateWatch {
         if let Some((_, frames)) = self.arrivals.pop_front() {
             self.frames -= frames;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How far the clock is said to have moved at each of 100 samples a second that come late by
+    /// `late_ms` of their second.
+    fn moved_s(late_ms: impl Fn(u64) -> i64, samples: u64) -> Vec<f64> {
+        let mut watch = ClockWatch::new(0.01);
+        let arrive = |k: u64| {
+            let due_ms = i64::try_from(k * 10).expect("small");
+            watch.arrive(k, SimTime::from_ns((due_ms + late_ms(k)) * 1_000_000))
+        };
+        (0..samples).filter_map(arrive).collect()
+    }
+
+    #[test]
+    fn queues_that_come_and_go_do_not_move_the_clock() {
+        let moved = moved_s(|k| i64::try_from(k % 7).expect("small") * 3, 3000);
+        assert!(moved.len() > 2700);
+        assert!(moved.iter().all(|moved| moved.abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_delay_shows_after_a_second_and_is_the_norm_after_twelve() {
+        let moved = moved_s(|k| if k >= 1500 { 30 } else { 0 }, 3000);
+        let first = moved.iter().position(|moved| moved.abs() > 1e-9).expect("it shows");
+        let count = moved.iter().filter(|moved| (**moved - 0.03).abs() < 1e-9).count();
+        // The first 200 samples make no comparison; cells are quarters of a second.
+        assert!((1500 + 75..=1500 + 100).contains(&(first + 200)), "{first}");
+        assert!((1075..=1125).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn a_second_without_a_tenth_of_its_frames_counts_as_that() {
+        let mut watch = RateWatch::new(100.0);
+        let mut judged = Vec::new();
+        for k in 0..400_i64 {
+            let time = SimTime::from_ns(k * 10_000_000);
+            if !(200..210).contains(&k) {
+                watch.arrive(time);
+                judged.push(watch.judge(time));
+            }
+        }
+        assert_eq!(judged[50], None);
+        assert_eq!(judged[150], Some((100.0, 100.0)));
+        assert_eq!(judged[205], Some((90.0, 100.0)));
+        assert_eq!(judged[380], Some((100.0, 100.0)));
     }
 }

@@ -98,3 +98,62 @@ impl Tracker {
         Step::Forward { steps, missing: steps - 1 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tracker(counter_modulus: Option<u64>) -> Tracker {
+        Tracker::new(&Declared {
+            sample_rate_hz: 1000.0,
+            frame_len: 10,
+            counter_modulus,
+            rate_max_rad_s: 1.0,
+            lsb_rad_s: 1e-3,
+            noise_sigma_rad_s: 1e-2,
+            noise_bandwidth_hz: None,
+            acceleration_max_rad_s2: 1.0,
+            bias_max_rad_s: 0.0,
+        })
+    }
+
+    fn at_ms(ms: i64) -> SimTime {
+        SimTime::from_ns(ms * 1_000_000)
+    }
+
+    fn forward(steps: u64, missing: u64) -> Step {
+        Step::Forward { steps, missing }
+    }
+
+    #[test]
+    fn whole_rounds_of_the_counter_are_told_by_time() {
+        let mut tracker = tracker(Some(256));
+        assert_eq!(tracker.arrive(250, at_ms(0)), Step::First);
+        assert_eq!(tracker.arrive(251, at_ms(1)), forward(1, 0));
+        assert_eq!(tracker.arrive(256 + 3, at_ms(9)), forward(8, 7));
+        // 300 frames later the counter says 44, and the same value after 256 says nothing.
+        assert_eq!(tracker.arrive(256 + 47, at_ms(309)), forward(300, 299));
+        assert_eq!(tracker.arrive(256 + 47, at_ms(565)), forward(256, 255));
+        assert_eq!(tracker.index(), 250 + 1 + 8 + 300 + 256);
+    }
+
+    #[test]
+    fn the_counter_goes_back_without_taking_the_index_along() {
+        let mut tracker = tracker(Some(256));
+        tracker.arrive(10, at_ms(0));
+        assert_eq!(tracker.arrive(12, at_ms(2)), forward(2, 1));
+        assert_eq!(tracker.arrive(11, at_ms(2)), Step::Back);
+        assert_eq!(tracker.arrive(12, at_ms(2)), Step::Back);
+        assert_eq!(tracker.arrive(13, at_ms(3)), forward(1, 0));
+    }
+
+    #[test]
+    fn without_a_counter_lost_bytes_stand_for_frames() {
+        let mut tracker = tracker(None);
+        tracker.arrive(0, at_ms(0));
+        tracker.skip(9);
+        assert_eq!(tracker.arrive(1, at_ms(2)), forward(2, 0));
+        tracker.skip(1);
+        assert_eq!(tracker.arrive(2, at_ms(3)), forward(1, 0));
+    }
+}

@@ -109,7 +109,7 @@ fn difference() -> impl FnMut(f64) -> f64 {
 fn stuck_samples(declared: &Declared, shape: &NoiseShape) -> Option<u32> {
     let runs = SECONDS_BETWEEN_STUCK * declared.sample_rate_hz;
     let samples = match declared.noise_bandwidth_hz {
-        None => 1.0 + runs.ln() / -equal_share(declared).ln(),
+        None => 1.0 + runs.ln() / equal_share(declared).ln().abs(),
         Some(_) => longest_run(declared, shape, runs)?,
     };
     // A share of 1 gives infinity: noise that never leaves its count.

@@ -56,7 +56,7 @@ fn unseen(fault: &Fault, declared: &Declared, limits: &Limits) -> Option<&'stati
             Some("shorter than queues and bridges vary")
         }
         FaultKind::Jitter { delay_max_s } if delay_max_s <= limits.silence_s => {
-            Some("the least delay stays the same")
+            Some("the least delay hardly changes")
         }
         FaultKind::ClockDrift { share } => {
             let gained_s = share.abs() * lasts_s.min(11.0);

@@ -100,7 +100,8 @@ impl Monitor {
             self.tracker.skip(skipped);
             self.board.sign((Detector::Check, arrival), (skipped as f64, 0.0), sink);
         }
-        let repeated = counters.duplicates - seen.duplicates;
+        let repeats = |counters: &Counters| counters.duplicates + counters.backward;
+        let repeated = repeats(counters) - repeats(&seen);
         if repeated > 0 {
             self.board.sign((Detector::Repeat, arrival), (repeated as f64, 0.0), sink);
         }
