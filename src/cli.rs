@@ -53,6 +53,13 @@ Rows are matched by time; one file may have more of them. The attitude is compar
   struna fmu build --out fmus"
     )]
     Fmu(Fmu),
+    /// Find out frame layouts
+    #[command(
+        subcommand,
+        after_help = "Example:
+  struna frame sniff --port /dev/ttyUSB0 --out my-gyro.toml"
+    )]
+    Frame(Frame),
 }
 
 /// Arguments of `struna demo`.
@@ -130,6 +137,73 @@ pub struct FmuBuild {
     /// Folder for the .fmu files
     #[arg(long, value_name = "DIR", default_value = "out/fmu")]
     pub out: PathBuf,
+}
+
+/// Frame commands.
+#[derive(Debug, Subcommand)]
+pub enum Frame {
+    /// Propose the layout of an unknown gyro's frames from its bytes
+    #[command(after_help = "Examples:
+  struna frame sniff --port /dev/ttyUSB0
+  struna frame sniff --port /dev/ttyUSB0 --baud 115200 --seconds 20 --out my-gyro.toml
+  struna frame sniff --file capture.bin --seconds 8
+  struna frame sniff --file monday.bin --second tuesday.bin --rate-hz 300 --out my-gyro.toml
+
+Keep the gyro still for 3 s, then turn it by hand both ways for 5 s. A layout is \"confirmed\" only
+when it has read bytes that it was not made from. Scale and sign are never in the bytes.")]
+    Sniff(FrameSniff),
+}
+
+/// Arguments of `struna frame sniff`.
+#[derive(Debug, Args)]
+pub struct FrameSniff {
+    /// Serial port to capture from
+    #[arg(long, value_name = "PORT", required_unless_present = "file", conflicts_with = "file")]
+    pub port: Option<PathBuf>,
+    /// File of raw bytes
+    #[arg(long, value_name = "CAPTURE")]
+    pub file: Option<PathBuf>,
+    /// Another capture of the same gyro, to test the proposal on
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    pub second: Option<PathBuf>,
+    /// Baud rate of the port, or auto to try the usual ones
+    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = baud)]
+    pub baud: Baud,
+    /// How long to capture [default: 8], or how long the file took
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "rate_hz")]
+    pub seconds: Option<f64>,
+    /// Frame rate, if it is known
+    #[arg(long, value_name = "F", value_parser = positive)]
+    pub rate_hz: Option<f64>,
+    /// Frame file to write; a capture from a port is put beside it [default: print, or
+    /// out/sniffed.toml with --port]
+    #[arg(long, value_name = "FRAME.toml")]
+    pub out: Option<PathBuf>,
+    /// Name of the layout
+    #[arg(long, value_name = "NAME", default_value = "sniffed@1")]
+    pub name: String,
+}
+
+/// Which baud rate to open a port at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Baud {
+    /// The usual one at which bytes make most sense.
+    Auto,
+    /// This one.
+    At(u32),
+}
+
+fn baud(text: &str) -> Result<Baud, &'static str> {
+    if text == "auto" {
+        return Ok(Baud::Auto);
+    }
+    let number = text.parse().ok().filter(|baud| *baud > 0);
+    number.map(Baud::At).ok_or("write auto or a whole number above 0")
+}
+
+fn positive(text: &str) -> Result<f64, &'static str> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or("write a number above 0")
 }
 
 #[cfg(test)]

@@ -5,9 +5,10 @@
 mod compare;
 mod fmu;
 mod run;
+mod sniff;
 mod truth;
 
-use crate::cli::{Cli, Command};
+use crate::cli::{Cli, Command, Frame};
 use crate::scenario::Scenario;
 use anyhow::Result;
 use std::path::Path;
@@ -47,5 +48,6 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
+        Command::Frame(Frame::Sniff(args)) => sniff::execute(&args),
     }
 }

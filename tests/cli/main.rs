@@ -6,3 +6,4 @@ mod compare;
 mod desk;
 mod refusals;
 mod results;
+mod sniff;

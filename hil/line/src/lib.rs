@@ -12,12 +12,14 @@
 //! **Architecture Invariant:** what passes does not depend on the clock. The writer waits for the
 //! reader; lateness is measured and reported and decides nothing.
 
+mod capture;
 mod link;
 mod pacer;
 mod port;
 mod reader;
 mod stop;
 
+pub use capture::RawCapture;
 pub use pacer::{Lateness, Pacer};
 pub use port::{VirtualPort, VirtualPortError};
 pub use reader::{LineError, ReadOutcome, SerialReader};

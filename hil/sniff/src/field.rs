@@ -138,9 +138,8 @@ fn mean_block_bits(codes: &[[u64; RUN]], width: u32) -> f64 {
     for block in codes.chunks(BLOCK).filter(|block| 2 * block.len() >= BLOCK) {
         let step = |a: u64, b: u64| a.wrapping_sub(b);
         let first = block.iter().map(|[_, b, c]| magnitude(step(*c, *b), width));
-        let second = block
-            .iter()
-            .map(|[a, b, c]| magnitude(step(*c, *b).wrapping_sub(step(*b, *a)), width));
+        let second =
+            block.iter().map(|[a, b, c]| magnitude(step(*c, *b).wrapping_sub(step(*b, *a)), width));
         total += block_bits(first, width).min(block_bits(second, width));
         blocks += 1.0;
     }

@@ -57,13 +57,15 @@ impl<'a> Frames<'a> {
         for start in &self.starts {
             counts[usize::from(self.byte(*start, column))] += 1;
         }
-        let (byte, count) = (0u8..=255).zip(counts).max_by_key(|(_, count)| *count).unwrap_or((0, 0));
+        let (byte, count) =
+            (0u8..=255).zip(counts).max_by_key(|(_, count)| *count).unwrap_or((0, 0));
         (byte, as_f64(count) / as_f64(self.count().max(1)))
     }
 
     /// Columns that hold one value but for damage, which a check keeps out where it covers them.
     pub(crate) fn constant(&self, check: Option<&Check>) -> Vec<bool> {
-        let covered = |column: &usize| check.is_some_and(|check| (check.first..=check.last).contains(column));
+        let covered =
+            |column: &usize| check.is_some_and(|check| (check.first..=check.last).contains(column));
         // Unverified frames hold flipped bits and, at times, a slip in each direction.
         let least = |column: &usize| if covered(column) { 0.998 } else { 0.96 };
         (0..self.len).map(|column| self.mode(column).1 >= least(&column)).collect()

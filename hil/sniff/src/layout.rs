@@ -233,9 +233,5 @@ impl Layout {
 /// The number in `digits` of 7 or 8 bits.
 pub(crate) fn read(digits: &[u8], big_endian: bool, digit_bits: u32) -> u64 {
     let push = |value: u64, digit: &u8| (value << digit_bits) | u64::from(*digit);
-    if big_endian {
-        digits.iter().fold(0, push)
-    } else {
-        digits.iter().rev().fold(0, push)
-    }
+    if big_endian { digits.iter().fold(0, push) } else { digits.iter().rev().fold(0, push) }
 }

@@ -8,9 +8,9 @@ pub(crate) const LEN_MAX: usize = 64;
 /// Lengths with the best resemblance that are looked at closely, with their divisors.
 const KEPT: usize = 6;
 /// Bytes from which the length is judged.
-const JUDGED: (usize, usize) = (4, 6 << 10);
+const JUDGED: (usize, usize) = (4, 3 << 10);
 /// Bytes that are cut into frames once the length is known.
-const CUT: (usize, usize) = (12, 8 << 10);
+const CUT: (usize, usize) = (12, 6 << 10);
 /// A shorter length is taken when it saves at least this part of the bits of the best.
 const NEAR_BEST: f64 = 0.85;
 
@@ -38,9 +38,8 @@ fn blocks(total: usize, (count, size): (usize, usize)) -> Vec<(usize, usize)> {
 /// Lengths at which the capture may be framed, the likeliest first: a handful.
 pub(crate) fn candidates(bytes: &[u8]) -> Vec<Framing> {
     let blocks = blocks(bytes.len(), JUDGED);
-    let mut lengths: Vec<(f64, usize)> = (LEN_MIN..=LEN_MAX)
-        .map(|len| (resemblance(bytes, &blocks, len), len))
-        .collect();
+    let mut lengths: Vec<(f64, usize)> =
+        (LEN_MIN..=LEN_MAX).map(|len| (resemblance(bytes, &blocks, len), len)).collect();
     lengths.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut tried: Vec<usize> = Vec::new();
     for (_, len) in lengths.iter().take(KEPT) {
@@ -169,7 +168,8 @@ impl AdaptiveCode {
 
     fn encode(&mut self, byte: u8) {
         let count = &mut self.counts[usize::from(byte)];
-        let odds = (f64::from(self.total) + 256.0 * Self::PRIOR) / (f64::from(*count) + Self::PRIOR);
+        let odds =
+            (f64::from(self.total) + 256.0 * Self::PRIOR) / (f64::from(*count) + Self::PRIOR);
         self.bits += odds.log2();
         *count += 1;
         self.total += 1;

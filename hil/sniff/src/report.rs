@@ -63,8 +63,8 @@ impl fmt::Display for Doubt {
         match self {
             Self::AtRest { excursion } => write!(
                 f,
-                "the rate moved over {:.2} % of its range only; turn the gyro by hand both ways \
-                 and capture again",
+                "the gyro was not turned to both sides (the rate moved over {:.2} % of its range); \
+                 turn the gyro by hand both ways and capture again",
                 100.0 * excursion
             ),
             Self::Damaged { share } => write!(
@@ -132,6 +132,8 @@ pub struct Evidence {
     pub wraps: usize,
     /// From the 3rd to the 97th percentile of the rate, as a share of full scale.
     pub excursion: f64,
+    /// The rate went well beyond its noise, up and down.
+    pub turned: bool,
 }
 
 /// Something that the bytes leave open.
@@ -256,7 +258,8 @@ impl Proposal {
     #[must_use]
     pub fn table(&self) -> Vec<[String; 3]> {
         let evidence = &self.evidence;
-        let share = format!("{} frames, {:.1} % of the bytes", evidence.frames, 100.0 * evidence.share);
+        let share =
+            format!("{} frames, {:.1} % of the bytes", evidence.frames, 100.0 * evidence.share);
         let moved = format!("moved over {:.1} % of full scale", 100.0 * evidence.excursion);
         let row = |what: &str, found: String, why: String| [what.to_owned(), found, why];
         match &self.shape {

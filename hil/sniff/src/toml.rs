@@ -47,7 +47,10 @@ impl Proposal {
 fn write_file(out: &mut String, proposal: &Proposal, labels: &Labels) -> fmt::Result {
     writeln!(out, "# Found by `struna frame sniff` from captured bytes.")?;
     writeln!(out, "#")?;
-    writeln!(out, "# SCALE AND SIGN ARE NOT KNOWN: scale = 1 counts. Turn the gyro by a known angle")?;
+    writeln!(
+        out,
+        "# SCALE AND SIGN ARE NOT KNOWN: scale = 1 counts. Turn the gyro by a known angle"
+    )?;
     writeln!(out, "# (360 deg on a table), add up the rate counts from start to stop and write")?;
     writeln!(out, "#     scale = angle * rate_hz / sum of counts, unit = \"deg/s\"")?;
     writeln!(out, "# A negative result means that the positive direction is the other one.")?;
@@ -94,9 +97,7 @@ fn write_binary(out: &mut String, layout: &Layout, measured: bool) -> fmt::Resul
     writeln!(out, "kind = \"{kind}\"")?;
     write_provenance(out, measured)?;
     let sync: Vec<String> = layout.sync.iter().map(|byte| format!("{byte:02X}")).collect();
-    // Only the marker of a septet frame can be told from its other bytes.
-    let shown = if layout.kind == Kind::Septet { &sync[..1] } else { &sync[..] };
-    writeln!(out, "sync = \"{}\"\nlen = {}", shown.join(" "), layout.len)?;
+    writeln!(out, "sync = \"{}\"\nlen = {}", sync.join(" "), layout.len)?;
     write_check(out, layout.check.as_ref())?;
     if let Some(counter) = &layout.counter {
         write_counter(out, counter, layout.kind)?;
@@ -254,7 +255,10 @@ fn write_word(out: &mut String, word: ParityWord, measured: bool) -> fmt::Result
     write_provenance(out, measured)?;
     writeln!(out, "sync = \"{:02X}\"\nsync_mask = \"{SYNC_MASK:02X}\"\nlen = 4", word.sync)?;
     let parity = if word.odd { "odd" } else { "even" };
-    writeln!(out, "\n[frame.check]\nkind = \"parity\"\nrange = [0, 3]\nword_parity = \"{parity}\"")?;
+    writeln!(
+        out,
+        "\n[frame.check]\nkind = \"parity\"\nrange = [0, 3]\nword_parity = \"{parity}\""
+    )?;
     for (name, shift, bits) in [("status", 7, 1), ("type", 3, 2)] {
         writeln!(out, "\n[[frame.field]]\nname = \"{name}\"\nat = 0\nbytes = 1")?;
         writeln!(out, "shift = {shift}\nbits = {bits}\ncoding = \"unsigned\"\nunit = \"counts\"")?;
@@ -270,7 +274,8 @@ fn write_line(out: &mut String, len: f64, labels: &Labels) -> fmt::Result {
     let carries = |baud: &u32| f64::from(*baud) >= needed;
     let baud = labels.baud.filter(carries).or_else(|| BAUDS.into_iter().find(carries));
     let guessed = labels.baud.is_none();
-    let remark = if guessed { " # not known: the lowest usual one that carries the frames" } else { "" };
+    let remark =
+        if guessed { " # not known: the lowest usual one that carries the frames" } else { "" };
     writeln!(out, "\n[line]\nbaud = {}{remark}", baud.unwrap_or(4_000_000))?;
     writeln!(out, "data = 8\nparity = \"none\"\nstop = 1")?;
     let remark = if known.is_none() { " # not known: time the capture" } else { "" };

@@ -3,6 +3,7 @@
 use struna_sniff::{Kind, Layout};
 
 /// What was right.
+#[expect(clippy::struct_excessive_bools, reason = "a row of a table of yes and no")]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Grade {
     pub(crate) len: bool,
@@ -28,7 +29,9 @@ pub(crate) fn grade(guess: &Layout, truth: &Layout, bytes: &[u8], rates: &[i64])
     let phases = if guess.kind == Kind::Septet { 0..1 } else { 0..guess.len };
     let grades = phases.map(|phase| at_phase(guess, truth, &bytes[phase..], phase, rates));
     let worth = |grade: &Grade| {
-        u32::from(grade.rate) + u32::from(grade.check) + u32::from(grade.counter)
+        u32::from(grade.rate)
+            + u32::from(grade.check)
+            + u32::from(grade.counter)
             + u32::from(grade.sync)
     };
     let best = grades.max_by_key(worth).unwrap_or_default();

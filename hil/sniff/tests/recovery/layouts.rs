@@ -131,7 +131,11 @@ fn random_counter(rng: &mut impl Rng, digit_bits: u32) -> Option<Counter> {
 fn random_status(rng: &mut impl Rng, septet: bool) -> Vec<u8> {
     let top = if septet { 0x7F } else { 0xFF };
     let value = rng.random::<u8>() & top;
-    if rng.random_bool(0.5) { vec![value] } else { vec![value, value ^ (1 << rng.random_range(0..7))] }
+    if rng.random_bool(0.5) {
+        vec![value]
+    } else {
+        vec![value, value ^ (1 << rng.random_range(0..7))]
+    }
 }
 
 fn random_check(rng: &mut impl Rng, layout: &Layout) -> Check {
