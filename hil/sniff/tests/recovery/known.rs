@@ -122,7 +122,10 @@ fn rates(spec: FrameSpec, bytes: &[u8]) -> Vec<i64> {
 
 /// Sniffs at captures of `text` and reads a fresh stream with what comes of it.
 fn assert_recognised(text: &str) {
-    let spec = FrameSpec::from_toml(text).unwrap();
+    // Which steps of the rate are credible is not in the bytes; both shall read alike.
+    let gate = ["[frame.plausible]", "rate_step_max"];
+    let kept = text.lines().filter(|line| !gate.iter().any(|key| line.starts_with(key)));
+    let spec = FrameSpec::from_toml(&kept.collect::<Vec<_>>().join("\n")).unwrap();
     let seconds = if spec.timing().rate_hz < 200.0 { 10.0 } else { 6.0 };
     let labels = Labels { name: "t".into(), baud: None, rate_hz: None, measured: false };
     for seed in 0..TRIALS {
