@@ -14,6 +14,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("gyro", &["kernel", "settings"], &["body", "line", "wire", "estimator"]),
     ("line", &["kernel"], &["body", "gyro", "wire", "estimator"]),
     ("wire", &["settings"], &["kernel", "body", "gyro", "line", "estimator"]),
+    ("sniff", &["wire", "settings"], &["kernel", "body", "gyro", "line", "estimator", "harness"]),
     ("estimator", &["kernel"], &["body", "gyro", "wire", "line", "harness", "settings"]),
     ("fmi-export", &["kernel"], &["estimator", "body", "gyro", "wire", "line"]),
     ("fmi-import", &["kernel"], &["estimator", "body", "gyro", "wire", "line", "fmi-export"]),

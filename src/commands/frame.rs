@@ -13,6 +13,7 @@ pub(super) fn execute(command: &Frame) -> Result<Outcome> {
     match command {
         Frame::List => list(),
         Frame::Lint(args) => lint(&args.frames),
+        Frame::Sniff(args) => super::sniff::execute(args),
     }
 }
 

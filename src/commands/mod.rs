@@ -14,9 +14,10 @@ mod hil;
 mod ports;
 mod run;
 mod screen;
+mod sniff;
 mod truth;
 
-use crate::cli::{Cli, Command};
+use crate::cli::{Cli, Command, Frame};
 use crate::scenario::Scenario;
 use anyhow::Result;
 use std::io::{self, Write};

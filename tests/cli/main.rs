@@ -9,3 +9,4 @@ mod desk;
 mod frame;
 mod refusals;
 mod results;
+mod sniff;

@@ -15,6 +15,7 @@
 //! **Architecture Invariant:** what passes does not depend on the clock. Lateness is measured and
 //! reported and decides nothing. What a [`DevicePort`] loses depends on its client alone.
 
+mod capture;
 mod device;
 mod host_clock;
 mod lateness;
@@ -29,6 +30,7 @@ mod realtime;
 mod receiver;
 mod stop;
 
+pub use capture::RawCapture;
 pub use device::{Client, DevicePort, DeviceSettings, PortCounts};
 pub use host_clock::MonotonicClock;
 pub use lateness::{Delays, Lateness};

@@ -105,7 +105,7 @@ fn timespec(ns: i64) -> Timespec {
 }
 
 /// Nanoseconds on the monotonic clock, which starts at boot: they fit for three centuries.
-fn now_ns() -> i64 {
+pub(crate) fn now_ns() -> i64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec.saturating_mul(NS_PER_S).saturating_add(now.tv_nsec)
 }

@@ -129,6 +129,9 @@ pub(crate) fn search(
         let mut found: Vec<(f64, Vec<Place>)> = Vec::new();
         for rule in rules.into_iter().filter(|rule| rule.bytes() + 2 <= len) {
             for ((at, big_endian), starts) in sieve(rule, &few, &many, &active, seven_bits) {
+                if rule.bytes() == 1 && counts_on(bytes, &doubles, len, at) {
+                    continue;
+                }
                 let runs = run_after(constant, at + rule.bytes());
                 let places =
                     settle(rule, bytes, &doubles, (len, at, big_endian, seven_bits), &starts);
@@ -221,6 +224,17 @@ fn sieve(
         kept.push((slot, starts.collect()));
     }
     kept
+}
+
+/// Whether a column steps evenly. In two frames taken for one, the second counter is the first
+/// plus a constant, and that looks like a sum.
+fn counts_on(bytes: &[u8], doubles: &[usize], len: usize, at: usize) -> bool {
+    let mut steps = [0usize; 256];
+    for start in doubles {
+        let step = bytes[start + at + len].wrapping_sub(bytes[start + at]);
+        steps[usize::from(step)] += 1;
+    }
+    10 * steps.iter().max().copied().unwrap_or(0) > 9 * doubles.len()
 }
 
 /// Whether the check at `at` takes enough different values to be one.

@@ -6,6 +6,7 @@ use crate::field;
 use crate::frames::Frames;
 use crate::layout::{Check, CheckKind, Coding, Counter, Field, Kind, Layout, Role};
 use crate::length::{self, Framing, LEN_MIN, as_f64};
+use crate::motion::Motion;
 use crate::rate::{self, Moved};
 use crate::septet;
 
@@ -31,8 +32,8 @@ pub(crate) struct Discovery {
     /// Every check that fits equally, the chosen one first.
     pub(crate) checks: Vec<Check>,
     pub(crate) counter: Option<counter::Found>,
-    /// Excursions as a share of full scale: of the rate, and of the next field.
-    pub(crate) excursion: f64,
+    pub(crate) motion: Motion,
+    /// Excursion of the field that moves most but for the rate, as a share of full scale.
     pub(crate) next_excursion: f64,
     /// The rate's top byte never changed.
     pub(crate) constant_top: bool,
@@ -88,6 +89,10 @@ fn shortest(bytes: &[u8], framing: Framing, places: Vec<Place>) -> (Framing, Vec
         }
         let Some(shorter) = length::widen(bytes, framing.len / part) else { continue };
         let again = places_in(bytes, &shorter, false);
+        // The covered half of a frame would do; but where is the sync word then?
+        if !rows_of(bytes, &shorter, 8).constant(None).contains(&true) {
+            continue;
+        }
         let same = |place: &Place| places.iter().any(|long| long.kind == place.kind);
         if shorter.saved > 0.8 * framing.saved && again.first().is_some_and(same) {
             return (shorter, again);
@@ -112,7 +117,8 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
     }
     let constant = frames.constant(checks.first());
     let constant_run = constant.iter().take_while(|constant| **constant).count();
-    let sync_len = sync_length(&frames, constant_run, &checks);
+    let sync_len =
+        if kind == Kind::Septet { 1 } else { sync_length(&frames, constant_run, &checks) };
     let sync: Vec<u8> = (0..sync_len).map(|column| frames.mode(column).0).collect();
 
     let synced = |start: &usize| bytes[*start..].starts_with(&sync);
@@ -128,7 +134,7 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
     let windows = field::split(&frames, &free);
     let mut moved = rate::name_fields(&frames, &windows);
     let constant_top = extend_sign(&frames, &mut moved, &constant, sync_len);
-    let (excursion, next_excursion) = excursions(&moved);
+    let (motion, next_excursion) = motions(&moved);
     let noisy_bytes =
         moved.iter().find(|m| m.field.role == Role::Rate).map_or(0, Moved::noisy_bytes);
     let mut fields: Vec<Field> = moved.iter().map(|moved| moved.field).collect();
@@ -150,7 +156,7 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
         constant_elsewhere: (constant_run..framing.len).filter(|c| constant[*c]).collect(),
         checks,
         counter,
-        excursion,
+        motion,
         next_excursion,
         constant_top,
         noisy_bytes,
@@ -300,15 +306,15 @@ fn extend_sign(
     field.at = field.at.min(top);
     field.bytes += 1;
     field.bits += 8;
-    rate.excursion /= 256.0;
+    rate.motion.excursion /= 256.0;
     true
 }
 
-fn excursions(moved: &[Moved]) -> (f64, f64) {
+fn motions(moved: &[Moved]) -> (Motion, f64) {
     let of_rate = |moved: &&Moved| moved.field.role == Role::Rate;
-    let rate = moved.iter().find(of_rate).map_or(0.0, |moved| moved.excursion);
+    let rate = moved.iter().find(of_rate).map_or_else(Motion::default, |m| m.motion);
     let others = moved.iter().filter(|moved| !of_rate(moved) && moved.field.bytes > 1);
-    (rate, others.map(|moved| moved.excursion).fold(0.0, f64::max))
+    (rate, others.map(|moved| moved.motion.excursion).fold(0.0, f64::max))
 }
 
 /// Whether the check is the catalogue's.

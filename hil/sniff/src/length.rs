@@ -8,9 +8,9 @@ pub(crate) const LEN_MAX: usize = 64;
 /// Lengths with the best resemblance that are looked at closely, with their divisors.
 const KEPT: usize = 6;
 /// Bytes from which the length is judged.
-const JUDGED: (usize, usize) = (4, 6 << 10);
+const JUDGED: (usize, usize) = (4, 3 << 10);
 /// Bytes that are cut into frames once the length is known.
-const CUT: (usize, usize) = (12, 8 << 10);
+const CUT: (usize, usize) = (12, 6 << 10);
 /// A shorter length is taken when it saves at least this part of the bits of the best.
 const NEAR_BEST: f64 = 0.85;
 

@@ -22,6 +22,7 @@ mod field;
 mod frames;
 mod layout;
 mod length;
+mod motion;
 mod propose;
 mod rate;
 mod report;

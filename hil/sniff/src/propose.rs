@@ -3,7 +3,6 @@
 use crate::discover::{Discovery, discover, discover_at, is_generic};
 use crate::layout::{Kind, Layout};
 use crate::length::as_f64;
-use crate::rate::REST_EXCURSION;
 use crate::report::{Alternative, Doubt, Evidence, Proposal, Report, Shape, Verdict};
 use crate::{text, word};
 
@@ -58,14 +57,15 @@ fn of_kind(bytes: &[u8]) -> Vec<Proposal> {
 }
 
 fn of_lines(found: text::Found) -> Proposal {
-    let moved = found.excursion >= REST_EXCURSION;
+    let moved = found.motion.turned;
     let counted = found.lines.columns.iter().any(|column| column.role.is_none());
     let score = 0.5 + bonus(0.25, found.lines.checked) + bonus(0.1, counted) + bonus(0.15, moved);
     let evidence = Evidence {
         frames: found.frames,
         share: found.share,
         wraps: found.wraps,
-        excursion: found.excursion,
+        excursion: found.motion.excursion,
+        turned: found.motion.turned,
         ..Evidence::default()
     };
     let alternatives = vec![Alternative::ScaleAndSign, Alternative::SlowFields];
@@ -76,10 +76,11 @@ fn of_word(found: &word::Found) -> Proposal {
     let evidence = Evidence {
         frames: found.frames,
         share: found.share,
-        excursion: found.excursion,
+        excursion: found.motion.excursion,
+        turned: found.motion.turned,
         ..Evidence::default()
     };
-    let score = 0.7 + bonus(0.15, found.excursion >= REST_EXCURSION);
+    let score = 0.7 + bonus(0.15, found.motion.turned);
     let alternatives = vec![Alternative::ScaleAndSign];
     Proposal { shape: Shape::Word(found.word), score, evidence, alternatives }
 }
@@ -91,7 +92,8 @@ fn of_binary(found: &Discovery) -> Proposal {
         saved_bits: found.saved,
         counter_share: found.counter.map_or(0.0, |counter| counter.share),
         wraps: found.counter.map_or(0, |counter| counter.wraps),
-        excursion: found.excursion,
+        excursion: found.motion.excursion,
+        turned: found.motion.turned,
     };
     Proposal {
         score: score_of(found),
@@ -111,8 +113,8 @@ fn score_of(found: &Discovery) -> f64 {
         Some(_) => 0.25,
         None => 0.0,
     };
-    let moved = found.excursion > REST_EXCURSION;
-    let alone = found.excursion > 4.0 * found.next_excursion;
+    let moved = found.motion.turned;
+    let alone = found.motion.excursion > 4.0 * found.next_excursion;
     let score = 0.35
         + check
         + bonus(0.12, found.layout.counter.is_some())
@@ -161,7 +163,7 @@ fn judge(first: &Proposal, bytes: &[u8], second: Option<&[u8]>) -> Verdict {
 
 /// What the evidence itself leaves in doubt.
 fn doubt_of(proposal: &Proposal) -> Option<Doubt> {
-    let Evidence { share, excursion, .. } = proposal.evidence;
+    let Evidence { share, excursion, turned, .. } = proposal.evidence;
     if let Shape::Binary(layout) = &proposal.shape {
         if layout.sync.is_empty() {
             return Some(Doubt::NoSync);
@@ -176,7 +178,7 @@ fn doubt_of(proposal: &Proposal) -> Option<Doubt> {
     if share < SHARE_MIN {
         return Some(Doubt::Damaged { share });
     }
-    (excursion < REST_EXCURSION).then_some(Doubt::AtRest { excursion })
+    (!turned).then_some(Doubt::AtRest { excursion })
 }
 
 /// Without a second capture, what is held back must not have shaped the proposal: the rest alone

@@ -4,6 +4,7 @@ use crate::field::{self, Window};
 use crate::frames::Frames;
 use crate::layout::{Coding, Field, Role};
 use crate::length::{as_f64, as_float};
+use crate::motion::{Motion, REST_EXCURSION, median, spread};
 
 /// Frames from which ranges are judged.
 const SAMPLES: usize = 4096;
@@ -12,8 +13,7 @@ const SAMPLES: usize = 4096;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moved {
     pub(crate) field: Field,
-    /// From the 3rd to the 97th percentile, as a share of full scale.
-    pub(crate) excursion: f64,
+    pub(crate) motion: Motion,
     /// Sample-to-sample noise as a share of full scale.
     noise: f64,
 }
@@ -61,12 +61,13 @@ fn rate_among(moved: &[Moved]) -> Option<usize> {
         let ranked = (0..moved.len()).filter(|k| wide(&moved[*k]));
         ranked.max_by(|a, b| key(&moved[*a]).total_cmp(&key(&moved[*b])).then(b.cmp(a)))
     };
-    let fastest = most(|moved| moved.excursion)?;
-    if moved[fastest].excursion >= REST_EXCURSION { Some(fastest) } else { most(|m| m.noise) }
+    let fastest = most(|moved| moved.motion.excursion)?;
+    if moved[fastest].motion.excursion >= REST_EXCURSION {
+        Some(fastest)
+    } else {
+        most(|m| m.noise)
+    }
 }
-
-/// Below this share of full scale nothing was turned.
-pub(crate) const REST_EXCURSION: f64 = 0.003;
 
 fn sampled(frames: &Frames<'_>) -> impl Iterator<Item = usize> {
     let count = frames.count().min(SAMPLES);
@@ -91,17 +92,15 @@ fn measure(frames: &Frames<'_>, window: Window) -> Moved {
     };
     if is_float(frames, window) {
         field.coding = Coding::Float;
-        let (excursion, noise) = float_excursion(frames, window);
-        return Moved { field, excursion, noise };
+        let (motion, noise) = float_motion(frames, window);
+        return Moved { field, motion, noise };
     }
     field.coding = coding_of(&codes, bits);
-    let values = |field: &Field| -> Vec<f64> {
-        sampled(frames).map(|s| raw_float(field.raw(frames.frame(s), frames.digit_bits))).collect()
-    };
     let full = f64::from(bits).exp2();
-    let excursion = spread(values(&field), 0.03) / full;
+    let raw = |start| raw_float(field.raw(frames.frame(start), frames.digit_bits));
+    let values: Vec<f64> = sampled(frames).map(raw).collect();
     let noise = noise_of(frames, &field) / full;
-    Moved { field, excursion, noise }
+    Moved { field, motion: Motion::of(&values, full), noise }
 }
 
 fn is_float(frames: &Frames<'_>, window: Window) -> bool {
@@ -110,9 +109,9 @@ fn is_float(frames: &Frames<'_>, window: Window) -> bool {
         && field::is_float(frames, window.at, window.big_endian)
 }
 
-/// All bits of so many bytes or septets; no number has more than 32.
+/// All bits of so many bytes or septets.
 fn whole_bits(frames: &Frames<'_>, bytes: usize) -> u32 {
-    (frames.digit_bits * u32::try_from(bytes).unwrap_or(4)).min(32)
+    frames.digit_bits * u32::try_from(bytes).unwrap_or(4)
 }
 
 /// Bits up to the highest that is ever set, or varies.
@@ -145,42 +144,24 @@ fn coding_of(codes: &[u64], bits: u32) -> Coding {
     }
 }
 
-/// The range without the `cut` share at each end.
-fn spread(mut values: Vec<f64>, cut: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    values.sort_by(f64::total_cmp);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a share of the number of values"
-    )]
-    let skipped = (cut * as_f64(values.len())) as usize;
-    values[values.len() - 1 - skipped] - values[skipped]
-}
-
 fn noise_of(frames: &Frames<'_>, field: &Field) -> f64 {
     let raw = |start: usize| raw_float(field.raw(frames.frame(start), frames.digit_bits));
-    let mut steps: Vec<f64> =
-        frames.neighbours().take(SAMPLES).map(|(a, b)| (raw(b) - raw(a)).abs()).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    median(frames.neighbours().take(SAMPLES).map(|(a, b)| (raw(b) - raw(a)).abs()).collect())
 }
 
 /// A float has no full scale of its own: its motion is held against its noise.
-fn float_excursion(frames: &Frames<'_>, window: Window) -> (f64, f64) {
+fn float_motion(frames: &Frames<'_>, window: Window) -> (Motion, f64) {
     let value = |start: usize| {
         let code = frames.number(start, window.at, 4, window.big_endian);
         u32::try_from(code).map_or(0.0, |code| f64::from(f32::from_bits(code)))
     };
-    let range = spread(sampled(frames).map(value).collect(), 0.03);
-    let mut steps: Vec<f64> =
-        frames.neighbours().take(SAMPLES).map(|(a, b)| (value(b) - value(a)).abs()).collect();
-    steps.sort_by(f64::total_cmp);
-    let noise = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    // White noise alone spans four of its median steps.
-    if range > 20.0 * noise { (0.5, 0.5 * noise / range) } else { (0.0, REST_EXCURSION) }
+    let values: Vec<f64> = sampled(frames).map(value).collect();
+    let range = spread(values.clone(), 0.03);
+    let motion = Motion::of(&values, 2.0 * range);
+    if motion.turned {
+        return (motion, 0.0);
+    }
+    (Motion { excursion: 0.0, turned: false }, REST_EXCURSION)
 }
 
 /// A 16-bit word that carries other quantities now and then: bits 12 and 13 say which.
@@ -208,7 +189,7 @@ fn channel_word(frames: &Frames<'_>, rate: &mut Moved) -> Option<Moved> {
     (field.bits, field.only_channel_zero) = (12, true);
     field.coding = coding_of(&codes, 12);
     let in_zero: Vec<f64> = codes.iter().map(|code| signed(*code, field.coding)).collect();
-    rate.excursion = spread(in_zero, 0.03) / 4096.0;
+    rate.motion = Motion::of(&in_zero, 4096.0);
     let channel = Field {
         role: Role::Channel,
         bits: 2,
@@ -217,7 +198,7 @@ fn channel_word(frames: &Frames<'_>, rate: &mut Moved) -> Option<Moved> {
         only_channel_zero: false,
         ..*field
     };
-    Some(Moved { field: channel, excursion: 0.0, noise: 0.0 })
+    Some(Moved { field: channel, motion: Motion::default(), noise: 0.0 })
 }
 
 fn signed(code: u64, coding: Coding) -> f64 {

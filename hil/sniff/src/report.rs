@@ -63,8 +63,8 @@ impl fmt::Display for Doubt {
         match self {
             Self::AtRest { excursion } => write!(
                 f,
-                "the rate moved over {:.2} % of its range only; turn the gyro by hand both ways \
-                 and capture again",
+                "the gyro was not turned to both sides (the rate moved over {:.2} % of its range); \
+                 turn the gyro by hand both ways and capture again",
                 100.0 * excursion
             ),
             Self::Damaged { share } => write!(
@@ -132,6 +132,8 @@ pub struct Evidence {
     pub wraps: usize,
     /// From the 3rd to the 97th percentile of the rate, as a share of full scale.
     pub excursion: f64,
+    /// The rate went well beyond its noise, up and down.
+    pub turned: bool,
 }
 
 /// Something that the bytes leave open.

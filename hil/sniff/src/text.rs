@@ -2,6 +2,7 @@
 
 use crate::layout::Role;
 use crate::length::as_f64;
+use crate::motion::Motion;
 use std::collections::BTreeMap;
 
 /// Lines looked at, spread over the capture.
@@ -46,8 +47,8 @@ pub(crate) struct Found {
     /// Share of lines that fit.
     pub(crate) share: f64,
     pub(crate) wraps: usize,
-    /// Range of the rate over its largest magnitude that the digits can write.
-    pub(crate) excursion: f64,
+    /// Of the rate; full scale is what the digits can write.
+    pub(crate) motion: Motion,
 }
 
 /// The lines, when the bytes are text.
@@ -70,11 +71,11 @@ pub(crate) fn find(bytes: &[u8]) -> Option<Found> {
     let column = |k: usize| -> Vec<&str> { rows.iter().map(|row| row[k]).collect() };
     let mut columns: Vec<Column> =
         (0..count).map(|k| describe(&column(k))).collect::<Option<_>>()?;
-    let (rate, excursion) = name_rate(&mut columns, &rows)?;
+    let (rate, motion) = name_rate(&mut columns, &rows)?;
     let wraps = name_counter(&mut columns, &rows, rate);
     let share = as_f64(rows.len()) / as_f64(lines.len().max(1));
     let found = Lines { prefix, separator, columns, checked };
-    Some(Found { lines: found, frames: rows.len(), share, wraps, excursion })
+    Some(Found { lines: found, frames: rows.len(), share, wraps, motion })
 }
 
 /// Share of the lines of `bytes` that `lines` describes.
@@ -169,30 +170,27 @@ fn describe(cells: &[&str]) -> Option<Column> {
 }
 
 /// The rate is the column with a decimal point that moves most, or else the one that does.
-fn name_rate(columns: &mut [Column], rows: &[Vec<&str>]) -> Option<(usize, f64)> {
+fn name_rate(columns: &mut [Column], rows: &[Vec<&str>]) -> Option<(usize, Motion)> {
     let pointed = columns.iter().any(|column| column.decimals > 0);
-    let mut best: Option<(usize, f64)> = None;
+    let mut best: Option<(usize, Motion)> = None;
     for (k, column) in columns.iter().enumerate() {
         if column.hex || (pointed && column.decimals == 0) {
             continue;
         }
-        let mut values: Vec<f64> = rows.iter().filter_map(|row| row[k].parse().ok()).collect();
-        values.sort_by(f64::total_cmp);
-        let cut = values.len() * 3 / 100;
-        let Some(most) = values.get(values.len().saturating_sub(cut + 1)) else { continue };
+        let values: Vec<f64> = rows.iter().filter_map(|row| row[k].parse().ok()).collect();
         let full = 10f64.powi(i32::try_from(column.digits).unwrap_or(9));
-        let moved = (most - values[cut]) / (2.0 * full);
-        if best.is_none_or(|(_, least)| moved > least) {
-            best = Some((k, moved));
+        let motion = Motion::of(&values, 2.0 * full);
+        if best.is_none_or(|(_, least)| motion.excursion > least.excursion) {
+            best = Some((k, motion));
         }
     }
-    let (rate, excursion) = best?;
+    let (rate, motion) = best?;
     columns[rate].role = Some(Role::Rate);
     for column in columns.iter_mut().filter(|column| column.role == Some(Role::Unknown)) {
         let short = column.decimals == 0 && column.digits <= 2;
         column.role = Some(if short { Role::Status } else { Role::Unknown });
     }
-    Some((rate, excursion))
+    Some((rate, motion))
 }
 
 /// Finds the counter among the whole numbers; returns how often it went back to zero.

@@ -97,9 +97,7 @@ fn write_binary(out: &mut String, layout: &Layout, measured: bool) -> fmt::Resul
     writeln!(out, "kind = \"{kind}\"")?;
     write_provenance(out, measured)?;
     let sync: Vec<String> = layout.sync.iter().map(|byte| format!("{byte:02X}")).collect();
-    // Only the marker of a septet frame can be told from its other bytes.
-    let shown = if layout.kind == Kind::Septet { &sync[..1] } else { &sync[..] };
-    writeln!(out, "sync = \"{}\"\nlen = {}", shown.join(" "), layout.len)?;
+    writeln!(out, "sync = \"{}\"\nlen = {}", sync.join(" "), layout.len)?;
     write_check(out, layout.check.as_ref())?;
     if let Some(counter) = &layout.counter {
         write_counter(out, counter, layout.kind)?;

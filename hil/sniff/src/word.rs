@@ -4,6 +4,7 @@
 //! with equal parity are a rare chance (one in 128) everywhere except at the beginning of a word.
 
 use crate::length::as_f64;
+use crate::motion::Motion;
 
 const WORDS: usize = 8;
 const LEN: usize = 4;
@@ -27,7 +28,7 @@ pub(crate) struct Found {
     pub(crate) frames: usize,
     /// Share of the bytes in words that fit.
     pub(crate) share: f64,
-    pub(crate) excursion: f64,
+    pub(crate) motion: Motion,
 }
 
 /// The word, when the bytes are such words.
@@ -53,8 +54,8 @@ pub(crate) fn find(bytes: &[u8]) -> Option<Found> {
     let word = ParityWord { odd, sync: value };
     let starts = scan(&word, bytes);
     let share = as_f64(starts.len() * LEN) / as_f64(bytes.len());
-    let excursion = excursion(bytes, &starts);
-    (share > 0.5).then_some(Found { word, frames: starts.len(), share, excursion })
+    let motion = motion(bytes, &starts);
+    (share > 0.5).then_some(Found { word, frames: starts.len(), share, motion })
 }
 
 /// Starts of the words in `bytes`, each vouched for by a neighbour.
@@ -91,17 +92,12 @@ fn is_odd(word: &[u8]) -> bool {
     word.iter().fold(0, |a, b| a ^ b).count_ones() % 2 == 1
 }
 
-/// Range of the 26-bit number from the 3rd to the 97th percentile, as a share of full scale.
-fn excursion(bytes: &[u8], starts: &[usize]) -> f64 {
+/// Of the 26-bit number.
+fn motion(bytes: &[u8], starts: &[usize]) -> Motion {
     let value = |start: &usize| {
         let word = u32::from_be_bytes([0, 1, 2, 3].map(|k| bytes[start + k]));
-        (word << 6).cast_signed() >> 6
+        f64::from((word << 6).cast_signed() >> 6)
     };
-    let mut values: Vec<i32> = starts.iter().map(value).collect();
-    values.sort_unstable();
-    let cut = values.len() * 3 / 100;
-    match (values.get(cut), values.get(values.len().saturating_sub(cut + 1))) {
-        (Some(least), Some(most)) => (f64::from(*most) - f64::from(*least)) / f64::from(1 << 26),
-        _ => 0.0,
-    }
+    let values: Vec<f64> = starts.iter().map(value).collect();
+    Motion::of(&values, f64::from(1 << 26))
 }

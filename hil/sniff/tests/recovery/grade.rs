@@ -3,6 +3,7 @@
 use struna_sniff::{Kind, Layout};
 
 /// What was right.
+#[expect(clippy::struct_excessive_bools, reason = "a row of a table of yes and no")]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Grade {
     pub(crate) len: bool,
