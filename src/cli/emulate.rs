@@ -2,6 +2,7 @@
 
 use clap::Args;
 use std::path::PathBuf;
+use struna_kernel::SimTime;
 
 /// Arguments of `struna emulate`.
 #[derive(Debug, Args)]

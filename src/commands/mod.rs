@@ -17,7 +17,7 @@ mod screen;
 mod sniff;
 mod truth;
 
-use crate::cli::{Cli, Command, Frame};
+use crate::cli::{Cli, Command};
 use crate::scenario::Scenario;
 use anyhow::Result;
 use std::io::{self, Write};
