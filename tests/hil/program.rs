@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread::{self, JoinHandle};
 use struna_kernel::SimTime;
-use struna_line::{Pacer, StopFlag, VirtualPort};
+use struna_line::{Pacer, StopFlag, VirtualPort, Waited};
 use tempfile::TempDir;
 
 const STRUNA: &str = env!("CARGO_BIN_EXE_struna");
@@ -36,8 +36,8 @@ impl Gyro {
             let mut pacer = Pacer::start();
             for (ns, step) in frames(&spec(), FRAMES, crate::RATE_RAD_S) {
                 let Step::Bytes(bytes) = step else { continue };
-                pacer.wait_until(SimTime::from_ns(ns));
-                if stopped.is_stopped() || port.write_all(&bytes, &stopped).is_err() {
+                let waited = pacer.wait_until(SimTime::from_ns(ns), &stopped);
+                if waited == Waited::Stopped || port.write_all(&bytes, &stopped).is_err() {
                     return;
                 }
             }
