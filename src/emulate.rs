@@ -6,6 +6,7 @@ use anyhow::{Context, Result, ensure};
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::path::Path;
+use struna_harness::fault::FaultRecord;
 use struna_harness::{EmulatorError, LineEvent, SourceError, Transmitter};
 use struna_kernel::SimTime;
 use struna_line::{
@@ -124,6 +125,8 @@ pub struct Summary {
     pub interrupted: bool,
     /// Why the motion ended before its time.
     pub stopped: Option<SourceError>,
+    /// What the scenario's faults did to it.
+    pub faults: Vec<FaultRecord>,
 }
 
 /// A device, its port and its clock, ready to be played.
@@ -193,6 +196,7 @@ impl Emulation<'_> {
             lateness: player.pacer.lateness().clone(),
             interrupted,
             stopped,
+            faults: transmitter.fault_records().to_vec(),
         })
     }
 }

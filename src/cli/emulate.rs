@@ -34,6 +34,9 @@ pub struct Emulate {
     /// CSV file for the instants of each frame on the monotonic clock
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// CSV file for what the scenario's faults did [default: out/NAME/faults.csv]
+    #[arg(long, value_name = "FILE")]
+    pub faults: Option<PathBuf>,
 }
 
 /// Longest duration that can be typed, s: the same as in a scenario.

@@ -1,7 +1,7 @@
 //! `struna emulate`.
 
 use super::Outcome;
-use crate::backend;
+use crate::{backend, faults};
 use crate::cli::Emulate;
 use crate::emulate::{Device, Emission, Emulation, Entry, Status, Summary, Watcher};
 use crate::output::{create_folder, write_whole};
@@ -10,6 +10,7 @@ use anyhow::{Context, Result, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use struna_harness::fault::{FaultRecord, write_fault_csv};
 use struna_kernel::Seed;
 use struna_line::{Client, Delays, DevicePort, Lateness, Pacer, PortCounts, RealTime, StopFlag};
 
@@ -20,6 +21,9 @@ pub(super) fn execute(args: &Emulate) -> Result<Outcome> {
     }
     let frames = Device::frames(&scenario, args.duration.unwrap_or(scenario.duration))?;
     let device = Device::new(&scenario)?;
+    for note in faults::unseen(&scenario) {
+        println!("{note}");
+    }
     let stop = StopFlag::new();
     let on_interrupt = stop.clone();
     ctrlc::set_handler(move || on_interrupt.stop()).context("cannot listen for Ctrl-C")?;
@@ -36,11 +40,26 @@ pub(super) fn execute(args: &Emulate) -> Result<Outcome> {
     };
     let Some(summary) = summary else { return Ok(Outcome::Interrupted) };
     println!("{}", closing(&summary));
+    if !scenario.faults.is_empty() {
+        let usual = || Path::new("out").join(&scenario.name).join("faults.csv");
+        let path = args.faults.clone().unwrap_or_else(usual);
+        keep_faults(&path, &summary.faults)?;
+    }
     match summary.stopped {
         Some(reason) => Err(anyhow::Error::from(reason).context("the motion ended early")),
         None if summary.interrupted => Ok(Outcome::Interrupted),
         None => Ok(Outcome::Complete),
     }
+}
+
+/// Writes the truth about the faults beside what a reader of the port may make of them.
+fn keep_faults(path: &Path, faults: &[FaultRecord]) -> Result<()> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        create_folder(folder)?;
+    }
+    write_whole(path, |file| write_fault_csv(faults, file))?;
+    println!("faults  {}, written to {}", faults.len(), path.display());
+    Ok(())
 }
 
 /// Where ports have their names unless told otherwise; none on a system without such a place.

@@ -1,9 +1,9 @@
 //! Faults of the gyro itself, seen in its counts.
 
 use crate::bench::{decoded, every, frame, grid, seconds};
-use struna_gyro::{Gyro, Rail, datasheet};
+use struna_gyro::{Gyro, GyroParams, Rail, Sampling, datasheet};
 use struna_harness::fault::{FaultKind, FaultPlan, FaultRecord, Injector};
-use struna_harness::{Emulator, Recording, Sampling};
+use struna_harness::{Emulator, Recording};
 use struna_kernel::Seed;
 
 const FRAMES: u64 = 3000;
@@ -11,10 +11,11 @@ const LSB_DEG_S: f64 = 1.0 / 32_768.0;
 
 fn emulator(plan: &FaultPlan) -> Emulator {
     let motion = Recording::new(&[0.0, 5.0, 10.0], &[0.0, 1.0, -1.0]).unwrap();
-    let gyro = Gyro::new(datasheet::vg910d(), Seed(1), 0).unwrap();
+    let params = GyroParams { sampling: Sampling::Instantaneous, ..datasheet::vg910d() };
+    let gyro = Gyro::new(params, Seed(1), 0).unwrap();
     let emulator = Emulator::new(Box::new(motion), gyro, grid(), &frame()).unwrap();
     let injector = Injector::new(plan, &frame(), Seed(2), 0);
-    emulator.with_sampling(Sampling::Instantaneous).with_faults(injector)
+    emulator.with_faults(injector)
 }
 
 fn bytes(plan: &FaultPlan) -> (Vec<u8>, Vec<FaultRecord>) {

@@ -79,6 +79,33 @@ impl Averager {
         times: &impl Fn(u64) -> SimTime,
         sink: &mut impl FnMut(&RateSample),
     ) {
+        self.arrive(index, Some((rate_rad_s, over_range)), times, sink);
+    }
+
+    /// Takes note of frame `index`, which carries no rate but another channel's value: its place
+    /// in the group stays empty, and it is not lost.
+    pub fn pass_over(&mut self, index: u64, sink: &mut impl FnMut(&RateSample)) {
+        let grid = self.grid;
+        self.arrive(index, None, &|instant| grid.time_of(instant), sink);
+    }
+
+    /// As [`Self::pass_over`], with instants from `times` as in [`Self::add_timed`].
+    pub fn pass_over_timed(
+        &mut self,
+        index: u64,
+        times: &impl Fn(u64) -> SimTime,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
+        self.arrive(index, None, times, sink);
+    }
+
+    fn arrive(
+        &mut self,
+        index: u64,
+        measured: Option<(f64, bool)>,
+        times: &impl Fn(u64) -> SimTime,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
         if index < self.expected {
             return;
         }
@@ -88,9 +115,11 @@ impl Averager {
         }
         self.lost += index - self.expected;
         self.expected = index + 1;
-        self.sum_rad_s += rate_rad_s;
-        self.count += 1;
-        self.over_range |= over_range;
+        if let Some((rate_rad_s, over_range)) = measured {
+            self.sum_rad_s += rate_rad_s;
+            self.count += 1;
+            self.over_range |= over_range;
+        }
         if self.expected.is_multiple_of(self.per_output) {
             self.close(times, sink);
             self.group += 1;
@@ -129,6 +158,21 @@ mod tests {
 
     fn averager(per_output: u64) -> Averager {
         Averager::new(SampleGrid::new(SimTime::ZERO, 300.0).unwrap(), per_output).unwrap()
+    }
+
+    #[test]
+    fn a_frame_of_another_channel_thins_its_group_and_is_not_lost() {
+        let (mut averager, mut out) = (averager(3), Vec::new());
+        for k in 0..9_u64 {
+            match k {
+                1 | 5 => averager.pass_over(k, &mut |sample| out.push(*sample)),
+                _ => averager.add(k, k as f64, false, &mut |sample| out.push(*sample)),
+            }
+        }
+        let means: Vec<_> = out.iter().map(|sample| sample.rate_rad_s).collect();
+        assert_eq!(means, [1.0, 3.5, 7.0]);
+        assert!(out.iter().all(|sample| sample.lost_before == 0));
+        assert_eq!(out.last().unwrap().time, SimTime::from_ns(30_000_000));
     }
 
     fn feed(averager: &mut Averager, indices: &[u64]) -> Vec<RateSample> {

@@ -119,6 +119,10 @@ impl Pipeline {
     ) -> Result<(), PipelineError> {
         let Self { decoder, channel, rate_field, averager, devices, over_range, not_valid } = self;
         decoder.push(bytes, &mut |frame| {
+            if !frame.has(channel.rate) {
+                averager.pass_over(frame.index, &mut |sample| devices.step(sample, sink));
+                return;
+            }
             if !channel.is_valid(frame) {
                 *not_valid += 1;
                 return;

@@ -324,6 +324,14 @@ impl Chain {
     }
 
     fn measure(&mut self, frame: &Frame, index: u64, observer: &mut dyn LiveObserver) {
+        if !frame.has(self.channel.rate) {
+            let Self { averager, devices, clock, .. } = self;
+            let times = |instant| clock.time_of(instant);
+            averager.pass_over_timed(index, &times, &mut |sample| {
+                devices.step(sample, &mut |sample, estimates| observer.output(sample, estimates));
+            });
+            return;
+        }
         if !self.channel.is_valid(frame) {
             self.report.not_valid += 1;
             return;

@@ -53,7 +53,8 @@ impl Listener {
             frames.clear();
             decoder.push(piece, &mut |frame| frames.push(*frame));
             monitor.line(arrival, &decoder.counters(), sink);
-            for frame in frames.iter() {
+            // Frames of other channels keep the counters going and have no rate to judge.
+            for frame in frames.iter().filter(|frame| frame.has(*rate)) {
                 let raw = frame.raw()[*rate];
                 monitor.frame(arrival, frame.index, raw, field.to_si(raw), sink);
             }
