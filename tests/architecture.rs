@@ -39,7 +39,6 @@ const BORDERS: &[(&str, &str)] = &[
     ("rapier3d-f64", "struna-body"),
     ("plotters", "struna"),
     ("clap", "struna"),
-    ("statrs", "struna-gyro"),
 ];
 
 struct Graph {

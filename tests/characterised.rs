@@ -83,10 +83,10 @@ fn assert_found(params: GyroParams, frame: &str, bandwidth_hz: f64) {
 
 #[test]
 fn the_fibre_optic_gyro_is_found_in_its_bytes() {
-    assert_found(preset::vg910d().params, "struna/vg910d@1", 100.0);
+    assert_found(preset::vg910d(), "struna/vg910d@1", 100.0);
 }
 
 #[test]
 fn the_mems_gyro_is_found_in_its_bytes() {
-    assert_found(preset::adis16100().params, "struna/adis16100@1", 40.0);
+    assert_found(preset::adis16100(), "struna/adis16100@1", 40.0);
 }

@@ -311,6 +311,7 @@ mod tests {
             lateness,
             interrupted: true,
             stopped: None,
+            faults: Vec::new(),
         };
         let text = closing(&summary);
         for line in [

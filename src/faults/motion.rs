@@ -33,6 +33,14 @@ impl TestMotion {
         swell * tones.iter().sum::<f64>() * RAD_PER_DEG
     }
 
+    /// The angle turned since time 0, rad: the integral of the rate in closed form.
+    #[must_use]
+    pub fn angle_rad(self, time_s: f64) -> f64 {
+        let turns = time_s.div_euclid(PERIOD_S);
+        let into_s = (time_s.rem_euclid(PERIOD_S) - REST_S).max(0.0);
+        turns * turned_rad(PERIOD_S - REST_S) + turned_rad(into_s)
+    }
+
     /// Whether rest is declared at `time_s`.
     #[must_use]
     pub fn is_declared_rest(self, time_s: f64) -> bool {
@@ -41,9 +49,32 @@ impl TestMotion {
     }
 }
 
+/// The angle turned `into_s` after the end of rest. Swell times tone is three tones.
+fn turned_rad(into_s: f64) -> f64 {
+    let one_minus_cos = |hz: f64| (1.0 - (TAU * hz * into_s).cos()) / (TAU * hz);
+    let swell_hz = 1.0 / (PERIOD_S - REST_S);
+    let tone = |(rate_deg_s, hz): (f64, f64)| {
+        let sides = one_minus_cos(hz + swell_hz) + one_minus_cos(hz - swell_hz);
+        rate_deg_s * (0.5 * one_minus_cos(hz) - 0.25 * sides)
+    };
+    TONES.map(tone).iter().sum::<f64>() * RAD_PER_DEG
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_angle_is_the_integral_of_the_rate() {
+        let step_s = 1e-3;
+        for k in (0..70_000).step_by(37) {
+            let time_s = f64::from(k) * step_s;
+            let mean = TestMotion.angle_rad(time_s + step_s) - TestMotion.angle_rad(time_s);
+            let middle = TestMotion.rate_rad_s(time_s + 0.5 * step_s);
+            // A step's mean differs from its middle by the curvature, T^2/24 of at most 10 rad/s^3.
+            assert!((mean / step_s - middle).abs() < 1e-6, "{time_s} s");
+        }
+    }
 
     #[test]
     fn the_motion_keeps_within_what_is_declared_of_it_and_nearly_reaches_it() {

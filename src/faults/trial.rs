@@ -1,7 +1,7 @@
 //! One stretch of one stream, with or without faults, in simulated time.
 
 use super::{Stream, TestMotion};
-use struna_gyro::{Gyro, GyroParams, Sampling};
+use struna_gyro::Gyro;
 use struna_harness::fault::{FaultPlan, FaultRecord};
 use struna_harness::monitor::{Alarm, AlarmChange, Listener};
 use struna_harness::{Emulator, LineEvent, MotionSource, Reference, SourceError, Transmitter};
@@ -28,7 +28,7 @@ pub fn trial(
     seed: Seed,
     run: u64,
 ) -> anyhow::Result<Trial> {
-    let (frame, gyro) = (stream.frame(), Gyro::new(instantaneous(stream.gyro()), seed, run)?);
+    let (frame, gyro) = (stream.frame(), Gyro::new(stream.gyro(), seed, run)?);
     let grid = SampleGrid::new(SimTime::ZERO, stream.gyro().sample_rate_hz)?;
     let emulator = Emulator::new(Box::new(Turntable), gyro, grid, &frame)?;
     let emulator =
@@ -45,11 +45,6 @@ pub fn trial(
     let mut alarms = host.alarms;
     alarms.sort_by_key(|alarm| (alarm.since, alarm.detector));
     Ok(Trial { records: transmitter.fault_records().to_vec(), alarms })
-}
-
-/// The same gyro, of samples that are rates at an instant: the motion knows no integral.
-fn instantaneous(gyro: GyroParams) -> GyroParams {
-    GyroParams { sampling: Sampling::Instantaneous, ..gyro }
 }
 
 /// The receiving end.
@@ -93,12 +88,12 @@ struct Turntable;
 impl MotionSource for Turntable {
     fn reference_at(&mut self, time: SimTime) -> Result<Reference, SourceError> {
         let rate_rad_s = TestMotion.rate_rad_s(time.as_s());
-        // Samples are instantaneous: nobody asks for the angle.
+        let angle_rad = TestMotion.angle_rad(time.as_s());
         Ok(Reference {
             time,
-            input_angle_rad: f64::NAN,
+            input_angle_rad: angle_rad,
             input_rate_rad_s: rate_rad_s,
-            spin_rad: f64::NAN,
+            spin_rad: angle_rad,
             rate_rad_s,
             specific_force_s_m_s2: None,
             twist_rad: None,

@@ -97,7 +97,8 @@ fn ten_minutes_of_white_noise_are_characterized_in_every_form() {
 fn the_curve_is_that_of_white_noise(report: &Value) {
     let [taus_s, adev, low, high] =
         ["taus_s", "adev_deg_h", "ci_low_deg_h", "ci_high_deg_h"].map(|key| numbers(&report[key]));
-    assert!((taus_s[0] - 0.01).abs() < 1e-15, "{}", taus_s[0]);
+    // The sample rate comes from the column of times, whose last digits are rounded.
+    assert!((taus_s[0] - 0.01).abs() < 1e-13, "{}", taus_s[0]);
     assert_eq!(taus_s.len(), report["trusted"].as_array().expect("a list").len());
     let truth = |tau_s: f64| 60.0 * WALK_DEG_SQRT_H / tau_s.sqrt();
     let held = (0..taus_s.len()).filter(|k| (low[*k]..high[*k]).contains(&truth(taus_s[*k])));

@@ -1,6 +1,6 @@
 //! Raw bytes from a port for a while, with how long they took.
 
-use crate::pacer::now_ns;
+use crate::host_clock::monotonic_ns;
 use crate::{LineError, ReadOutcome, SerialReader, StopFlag};
 
 const NS_PER_S: f64 = 1e9;
@@ -32,17 +32,17 @@ impl RawCapture {
         at: &mut dyn FnMut(f64),
     ) -> Result<Self, LineError> {
         let (mut bytes, mut chunk) = (Vec::new(), [0; CHUNK]);
-        let start_ns = now_ns();
+        let start_ns = monotonic_ns();
         let (mut first_ns, mut last_ns) = (None, start_ns);
         loop {
-            let passed_s = seconds_between(start_ns, now_ns());
+            let passed_s = seconds_between(start_ns, monotonic_ns());
             at(passed_s);
             if passed_s >= seconds || stop.is_stopped() || bytes.len() >= BYTES_MAX {
                 break;
             }
             match reader.read(&mut chunk) {
                 Ok(ReadOutcome::Bytes(count)) => {
-                    last_ns = now_ns();
+                    last_ns = monotonic_ns();
                     first_ns.get_or_insert(last_ns);
                     bytes.extend_from_slice(&chunk[..count.min(BYTES_MAX - bytes.len())]);
                 }

@@ -32,10 +32,10 @@ mod stop;
 
 pub use capture::RawCapture;
 pub use device::{Client, DevicePort, DeviceSettings, PortCounts};
-pub use host_clock::MonotonicClock;
+pub use host_clock::{MonotonicClock, monotonic_ns};
 pub use lateness::{Delays, Lateness};
 pub use model::{Bridge, LineModel, LineSettings};
-pub use pacer::{Pacer, Waited, monotonic_ns};
+pub use pacer::{Pacer, Waited};
 pub use port::{VirtualPort, VirtualPortError};
 pub use ports::{PortAccess, PortInfo, PortKind, link_directory, port_at, ports};
 pub use reader::{LineError, ReadOutcome, SerialReader};

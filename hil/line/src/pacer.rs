@@ -1,9 +1,10 @@
 //! Holding simulated time to the wall clock: the one corner that reads a clock.
 
+use crate::host_clock::monotonic_ns;
 use crate::{Lateness, StopFlag};
 use rustix::io::Errno;
 use rustix::thread::clock_nanosleep_absolute;
-use rustix::time::{ClockId, Timespec, clock_gettime};
+use rustix::time::{ClockId, Timespec};
 use struna_kernel::SimTime;
 
 const NS_PER_S: i64 = 1_000_000_000;
@@ -42,14 +43,14 @@ impl Pacer {
     /// The same, with `speed` simulated seconds in one of the clock. Positive.
     #[must_use]
     pub fn at_speed(speed: f64) -> Self {
-        Self { start_ns: now_ns(), speed, lateness: Lateness::default() }
+        Self { start_ns: monotonic_ns(), speed, lateness: Lateness::default() }
     }
 
     /// Sleeps until `time` has come; returns at once when it has passed. A stopped wait ends within
     /// 20 ms and is not counted.
     pub fn wait_until(&mut self, time: SimTime, stop: &StopFlag) -> Waited {
         let due_ns = self.due_ns(time);
-        let began_ns = now_ns();
+        let began_ns = monotonic_ns();
         if began_ns > due_ns {
             self.lateness.overrun.record(began_ns.saturating_sub(due_ns));
             return Waited::Due;
@@ -60,7 +61,7 @@ impl Pacer {
                 return Waited::Stopped;
             }
             sleep_until(due_ns.min(now.saturating_add(STOP_CHECK_NS)));
-            now = now_ns();
+            now = monotonic_ns();
         }
         self.lateness.oversleep.record(now.saturating_sub(due_ns));
         Waited::Due
@@ -80,13 +81,6 @@ impl Pacer {
     }
 }
 
-/// Nanoseconds on the system's monotonic clock, the same in every process of this machine. For
-/// reports of how long something took: nothing may be decided by it.
-#[must_use]
-pub fn monotonic_ns() -> i64 {
-    now_ns()
-}
-
 fn deadline_ns(start_ns: i64, speed: f64, time: SimTime) -> i64 {
     // Exact at speed 1 for a hundred days; the cast saturates.
     #[expect(clippy::cast_possible_truncation, reason = "a float-to-int cast saturates")]
@@ -102,12 +96,6 @@ fn sleep_until(ns: i64) {
 
 fn timespec(ns: i64) -> Timespec {
     Timespec { tv_sec: ns / NS_PER_S, tv_nsec: ns % NS_PER_S }
-}
-
-/// Nanoseconds on the monotonic clock, which starts at boot: they fit for three centuries.
-pub(crate) fn now_ns() -> i64 {
-    let now = clock_gettime(ClockId::Monotonic);
-    now.tv_sec.saturating_mul(NS_PER_S).saturating_add(now.tv_nsec)
 }
 
 #[cfg(test)]
@@ -149,7 +137,7 @@ mod tests {
         for k in 1..=20 {
             let time = SimTime::from_ns(k * 100_000);
             assert_eq!(pacer.wait_until(time, &StopFlag::new()), Waited::Due);
-            assert!(now_ns() >= pacer.due_ns(time));
+            assert!(monotonic_ns() >= pacer.due_ns(time));
         }
         assert_eq!(pacer.lateness().waits(), 20);
     }

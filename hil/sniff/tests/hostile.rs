@@ -77,7 +77,10 @@ fn the_shortest_and_the_longest_frames_are_measured() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(64)
+    })]
 
     #[test]
     fn any_bytes_are_fit_to_be_looked_at(

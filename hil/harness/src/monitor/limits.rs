@@ -25,7 +25,7 @@ const STUCK_SAMPLES_MAX: f64 = 1e5;
 ///
 /// | limit | formula |
 /// |---|---|
-/// | stuck | the run of equal counts that declared noise makes once in 1000 h: 1 + ln(3.6e6·f)/−ln p for white noise, p = erf(Δ/(√8·σ)); for coloured noise from a seeded trial, its tail continued |
+/// | stuck | the run of equal counts that declared noise makes once in 1000 h, see below |
 /// | saturation | 0.9995·range |
 /// | step | 1.2·(a_max·T + 6·σ_Δ + Δ), σ_Δ of the difference of two samples |
 /// | innovation | 1.2·max(6·σ_ν, jolt + 3·σ_ν), the jolt of an acceleration that jumps by a_max |
@@ -33,6 +33,9 @@ const STUCK_SAMPLES_MAX: f64 = 1e5;
 /// | clock | 6 ms, chosen |
 /// | rate | 3 % of the frames in 1 s, or silence of 50 ms, chosen |
 /// | rest | largest bias + 1.2·6·σ of the mean over 1 s |
+///
+/// The run of equal counts is 1 + ln(3.6e6·f)/−ln p for white noise, p = erf(Δ/(√8·σ)); for
+/// coloured noise it comes from a seeded trial, its tail continued.
 ///
 /// Δ is one count, T the sample period, σ_ν the deviation of the innovation under declared noise.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 use super::angle::CumulativeAngle;
 use super::freedom::{degrees_of_freedom, variance_interval};
 use super::{NoiseModel, RateRecord, TauGrid, Term};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Averages of three times the averaging time are the least that a difference of averages and one
 /// shift of it need.
@@ -48,6 +48,18 @@ impl AllanPoint {
 #[must_use]
 pub(super) fn filtered_below_s(bandwidth_hz: f64) -> f64 {
     FILTERED_RAD / (2.0 * PI * bandwidth_hz)
+}
+
+/// By how much a band makes the Allan variance of white noise smaller beyond the times that it
+/// hides: N²/τ·(1 − lag/τ), s.
+///
+/// White noise through a filter H turns by an angle of variance N²·(t − c), with
+/// c = (1/π)·∫(1 − |H|²)/ω² dω, once t is long beside the filter's memory; so the lag is 3c/2. Of a
+/// second-order Butterworth filter c is 1/(√2·ω₀); of a first-order one it would be 1/ω₀, and N
+/// comes out 1 % too small for it at most.
+#[must_use]
+pub(super) fn white_lag_s(bandwidth_hz: f64) -> f64 {
+    1.5 * FRAC_1_SQRT_2 / (2.0 * PI * bandwidth_hz)
 }
 
 /// The stretches of a record as angles, from which every curve is drawn.

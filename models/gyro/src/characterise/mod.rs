@@ -56,8 +56,9 @@ use verdict::Judge;
 
 /// Points that a fit needs.
 const POINTS_MIN: usize = 6;
-/// The fit decides the degrees of freedom and they the fit; the second round no longer changes it.
-const ROUNDS: usize = 2;
+/// The fit decides the degrees of freedom and what the band has taken, and they the fit; the first
+/// settle in the second round, the second by a factor of ten in each.
+const ROUNDS: usize = 4;
 
 /// What is asked of a characterisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,14 +192,17 @@ pub fn characterise(
     let angles = Angles::of(record);
     let mut points = angles.curve(options.grid, options.bandwidth_hz);
     check(record, options, &points)?;
+    let lag_s = options.bandwidth_hz.map_or(0.0, curve::white_lag_s);
+    let mut observations = observations(&points, |point| point.adev_rad_s);
     let mut best = None;
     for _ in 0..ROUNDS {
-        let fitted = fit(&points)?;
+        let fitted = fit(&observations)?;
         angles.match_noise(&mut points, &fitted.model, options.confidence);
+        observations = self::observations(&points, |point| point.adev_rad_s);
+        give_back(&mut observations, &fitted.model, lag_s);
         best = Some(fitted);
     }
     let best = best.ok_or(CharacteriseError::Constant)?;
-    let observations = observations(&points, |point| point.adev_rad_s);
     let step_s = 1.0 / record.sample_rate_hz();
     let duration_s = record.duration_s();
     let scatter = bootstrap::scatter(&observations, &best.model, duration_s, step_s);
@@ -274,10 +278,17 @@ fn observations(points: &[AllanPoint], deviation: impl Fn(&AllanPoint) -> f64) -
     Observation::of(&rows)
 }
 
-fn fit(points: &[AllanPoint]) -> Result<Candidate, CharacteriseError> {
-    let observations = observations(points, |point| point.adev_rad_s);
+/// Adds what the gyro's band has taken from white noise, N²·lag/τ², so that slopes fit.
+fn give_back(observations: &mut [Observation], model: &NoiseModel, lag_s: f64) {
+    for observation in observations {
+        let white = model.share(Term::AngleRandomWalk, observation.tau_s);
+        observation.variance += white * lag_s / observation.tau_s;
+    }
+}
+
+fn fit(observations: &[Observation]) -> Result<Candidate, CharacteriseError> {
     // Deviations above zero whose squares are not: as good as constant.
-    let candidates = fit::candidates(&observations, &Term::ALL);
+    let candidates = fit::candidates(observations, &Term::ALL);
     candidates.first().copied().ok_or(CharacteriseError::Constant)
 }
 
