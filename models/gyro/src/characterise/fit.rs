@@ -6,7 +6,7 @@ use super::{NoiseModel, Term};
 const REWEIGHTINGS: usize = 4;
 /// Relative accuracy beyond which five straight slopes are no description of any gyro: its band,
 /// its rounding and its vibration bend them. No point may claim to be known better.
-const MODEL_ERROR: f64 = 0.01;
+pub(super) const MODEL_ERROR: f64 = 0.01;
 /// A pivot below this share of its column means that the columns cannot be told apart.
 const PIVOT_MIN: f64 = 1e-12;
 

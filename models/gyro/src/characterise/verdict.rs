@@ -1,7 +1,7 @@
 //! What a record says about each coefficient, and what it cannot say.
 
 use super::bootstrap::Scatter;
-use super::fit::{Candidate, Observation, deviance, reweighted};
+use super::fit::{Candidate, MODEL_ERROR, Observation, deviance, reweighted};
 use super::{AllanPoint, NoiseModel, Term};
 use std::fmt;
 
@@ -141,13 +141,16 @@ impl Judge<'_> {
         self.best.model.has(Term::RateRamp) && self.drift_ratio.is_none_or(|r| r < RAMP_RATIO)
     }
 
-    /// The interval that contains the coefficient, from the scatter of estimates about it.
+    /// The interval that contains the coefficient, from the scatter of estimates about it, and
+    /// wider by what straight slopes are off from any gyro: half of it in a deviation.
     fn interval(&self, term: Term) -> Option<[f64; 2]> {
         let tail = 0.5 * (1.0 - self.confidence);
         let value = self.best.model.coefficient(term);
         let [low, high] = [tail, 1.0 - tail].map(|p| self.scatter.quantile(term, p));
         let (low, high) = (low?, high?);
-        (low > 0.0 && high / low < INTERVAL_RATIO_MAX).then(|| [value / high, value / low])
+        let slack = 1.0 + 0.5 * MODEL_ERROR;
+        (low > 0.0 && high / low < INTERVAL_RATIO_MAX)
+            .then(|| [value / (high * slack), value * slack / low])
     }
 
     /// The largest coefficient that the curve tolerates, whatever the others are.
