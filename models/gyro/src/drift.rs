@@ -36,6 +36,7 @@ pub(crate) struct Drift {
     cells: u64,
     from_rad_s: f64,
     slope_rad_s: f64,
+    warming_up: bool,
 }
 
 impl Drift {
@@ -57,6 +58,7 @@ impl Drift {
             sample: samples_per_cell,
             cells: 0,
             slope_rad_s: 0.0,
+            warming_up: false,
         }
     }
 
@@ -70,11 +72,11 @@ impl Drift {
         self.from_rad_s + self.slope_rad_s * f64::from(self.sample)
     }
 
-    /// Whether the gyro has not warmed up yet: less than three time constants since switch-on.
+    /// Whether the gyro has not warmed up yet: less than three time constants since switch-on, to
+    /// the cell.
+    #[inline]
     pub(crate) fn is_warming_up(&self) -> bool {
-        let samples = f64::from(self.sample) - f64::from(self.samples_per_cell);
-        let share = samples / f64::from(self.samples_per_cell);
-        self.warm_up.is_under_way((self.cells as f64 + share) * self.cell_s)
+        self.warming_up
     }
 
     #[inline(never)]
@@ -83,6 +85,7 @@ impl Drift {
         if self.cells > 0 {
             self.from_rad_s += self.slope_rad_s * samples;
         }
+        self.warming_up = self.warm_up.is_under_way(self.cells as f64 * self.cell_s);
         self.cells += 1;
         let end_s = self.cells as f64 * self.cell_s;
         let end_rad_s = self.instability.step()

@@ -31,6 +31,8 @@ pub struct Gyro {
     white_sigma_rad_s: f64,
     white: RandomStream,
     counts_at_range: i32,
+    /// Counts per rate: what divides here divides once.
+    counts_per_rad_s: f64,
     /// Last usable rate, none before the first.
     held_rad_s: Option<f64>,
     /// What rounding left of the angle so far, in counts.
@@ -58,6 +60,8 @@ impl Gyro {
             white_sigma_rad_s: params.noise_sigma_rad_s(),
             white: RandomStream::new(seed, Channel::GyroAngleRandomWalk, run),
             counts_at_range: params.counts_at_range(),
+            // Finite of the smallest numbers as well, so that no rate stays no counts.
+            counts_per_rad_s: params.lsb_rad_s.recip().min(f64::MAX),
             held_rad_s: None,
             remainder: 0.0,
             last: (Counts::default(), false),
@@ -97,32 +101,41 @@ impl Gyro {
     ///
     /// An input that is not finite yields a reading marked invalid with zero counts, and leaves
     /// the gyro as if the rate before had lasted.
+    #[inline]
     pub fn sample(&mut self, input: impl Into<GyroInput>) -> GyroReading {
         self.sample_upset(input, &Upset::default())
     }
 
     /// The next sample, with a fault acting on it.
+    #[inline]
     pub fn sample_upset(&mut self, input: impl Into<GyroInput>, upset: &Upset) -> GyroReading {
-        let input = input.into();
-        let finite = input.is_finite();
+        self.advance(&input.into(), upset)
+    }
+
+    /// One sample on. Not generic, so that it is compiled once, here, with all that it calls; the
+    /// input by reference, because a copy made just before is slow to read.
+    fn advance(&mut self, input: &GyroInput, upset: &Upset) -> GyroReading {
         let white = self.white_sigma_rad_s * self.white.standard_normal() * upset.noise_factor;
         let drift_rad_s = self.drift.step();
         // A noise that overflows must not stay in the filter.
         let filtered = self.params.response.noise_before_filter && white.abs() < RATE_RAD_S_MAX;
         let (before, behind) = if filtered { (white, 0.0) } else { (0.0, white) };
-        let passed_rad_s = self.respond(&input, before);
-        let scaled_rad_s = passed_rad_s * self.scale_at(passed_rad_s, &input);
+        let passed_rad_s = self.respond(input, before);
+        let scaled_rad_s = passed_rad_s * self.scale_at(passed_rad_s, input);
         let rate_rad_s = self.bend.apply(scaled_rad_s * upset.scale_factor)
             + self.bias_rad_s
-            + self.params.bias_effects.of(&input, self.params.reference_temperature_deg_c)
+            + self.params.bias_effects.of(input, self.params.reference_temperature_deg_c)
             + drift_rad_s
             + upset.bias_rad_s
             + behind;
-        let usable = (finite && rate_rad_s.is_finite()).then_some(rate_rad_s);
-        self.reading(usable, &input, upset)
+        // The rate's own finiteness is asked for because the last one stands in for it. Each other
+        // number is a term of the sum, times zero at least, and spoils it unless it is finite.
+        let usable = input.rate_rad_s.is_finite() && rate_rad_s.is_finite();
+        self.reading(usable.then_some(rate_rad_s), input, upset)
     }
 
     /// What passes delay and band limit.
+    #[inline]
     fn respond(&mut self, input: &GyroInput, noise_rad_s: f64) -> f64 {
         let held_rad_s = match self.held_rad_s {
             Some(held_rad_s) => held_rad_s,
@@ -138,6 +151,7 @@ impl Gyro {
     }
 
     /// Counts per rate over their nominal value, at the sign of the rate.
+    #[inline]
     fn scale_at(&self, rate_rad_s: f64, input: &GyroInput) -> f64 {
         let scale = &self.params.scale;
         let warmer_deg_c = input.temperature_deg_c - self.params.reference_temperature_deg_c;
@@ -147,6 +161,7 @@ impl Gyro {
     }
 
     /// The rate in counts with its flags; none is an invalid reading.
+    #[inline]
     fn reading(
         &mut self,
         rate_rad_s: Option<f64>,
@@ -176,35 +191,34 @@ impl Gyro {
     }
 
     /// Clips at full scale and rounds to the nearest count.
+    #[inline]
     fn counts_of(&mut self, rate_rad_s: f64) -> Counts {
         let limit = f64::from(self.counts_at_range);
-        let exact = rate_rad_s / self.params.lsb_rad_s + self.remainder;
-        let clipped = exact.clamp(-limit, limit);
-        let counts = rounded(clipped, self.params.rounding);
+        let exact = rate_rad_s * self.counts_per_rad_s + self.remainder;
+        let whole = rounded(exact.clamp(-limit, limit));
         if self.params.rounding == Rounding::Angle {
             // What saturation cuts off is lost.
             let is_clipped = exact.abs() > limit + 0.5;
-            self.remainder = if is_clipped { 0.0 } else { exact - f64::from(counts) };
+            self.remainder = if is_clipped { 0.0 } else { exact - whole };
         }
+        #[expect(clippy::cast_possible_truncation, reason = "a whole number within ±i32 by clamp")]
+        let counts = whole as i32;
         Counts(counts)
     }
 }
 
-/// The nearest whole number. Ties go away from zero, but of angles to even: a remainder of one half
-/// would otherwise go back and forth for ever. Integer conversions, because `round` is a call into
-/// the C library on plain x86-64 and costs as much as two normal numbers.
-fn rounded(exact: f64, rounding: Rounding) -> i32 {
-    #[expect(clippy::cast_possible_truncation, reason = "towards zero; within ±i32 by the caller")]
-    let whole = exact as i32;
-    let rest = exact - f64::from(whole);
-    let is_odd = whole & 1 != 0;
-    let up_at_half = rounding == Rounding::Rate || is_odd;
-    let beyond = rest.abs() > 0.5 || (up_at_half && rest.abs() >= 0.5);
-    let away = if exact < 0.0 { -1 } else { 1 };
-    if beyond { whole + away } else { whole }
+/// The nearest whole number, ties to even, of a number within ±2⁵¹.
+///
+/// By the spacing of `f64` beyond 2⁵², which is one: the standard library's rounding is a call into
+/// the C library on plain x86-64, and a branch on the remainder is missed every other time.
+#[inline]
+fn rounded(exact: f64) -> f64 {
+    const SPACING_ONE: f64 = 1.5 * (1_u64 << 52) as f64;
+    (exact + SPACING_ONE) - SPACING_ONE
 }
 
 /// The rate to go on with, if the input holds one.
+#[inline]
 fn usable_rate(input: &GyroInput) -> Option<f64> {
     let rate_rad_s = input.rate_rad_s;
     rate_rad_s.is_finite().then(|| rate_rad_s.clamp(-RATE_RAD_S_MAX, RATE_RAD_S_MAX))
@@ -212,6 +226,7 @@ fn usable_rate(input: &GyroInput) -> Option<f64> {
 
 impl BiasEffects {
     /// What the surroundings of one sample add to the bias, rad/s.
+    #[inline]
     fn of(&self, input: &GyroInput, reference_temperature_deg_c: f64) -> f64 {
         let [x, y, z] = self.per_specific_force_s_m;
         let [along_x, along_y, along_z] = input.specific_force_s_m_s2;
@@ -230,24 +245,53 @@ mod tests {
     proptest! {
         #[test]
         fn rounding_is_that_of_the_standard_library(
-            half in -4_000_000_i32..4_000_000,
+            half in -4_294_967_296_i64..4_294_967_296,
             off in prop_oneof![Just(0.0), Just(f64::EPSILON), Just(-f64::EPSILON), -1.0..1.0],
         ) {
-            let exact = 0.5 * f64::from(half) * (1.0 + off);
-            let same = |counts: i32, library: f64| (f64::from(counts) - library).abs() < 0.5;
-            prop_assert!(same(rounded(exact, Rounding::Rate), exact.round()), "{exact}");
-            let to_even = exact.round_ties_even();
-            prop_assert!(same(rounded(exact, Rounding::Angle), to_even), "{exact}");
+            let exact = 0.5 * half as f64 * (1.0 + off);
+            // Zeros of both signs are one.
+            prop_assert!((rounded(exact) - exact.round_ties_even()).abs() == 0.0, "{exact}");
         }
     }
 
     #[test]
-    fn just_below_a_half_rounds_to_none() {
-        for rounding in [Rounding::Rate, Rounding::Angle] {
-            assert_eq!(rounded(0.5_f64.next_down(), rounding), 0);
-            assert_eq!(rounded(-(0.5_f64.next_down()), rounding), 0);
+    fn one_number_that_is_none_spoils_a_reading_of_a_gyro_that_feels_nothing_of_it() {
+        let mut gyro = Gyro::new(GyroParams::exact(100.0, 1.0, 1e-3, 2000), Seed(1), 0).unwrap();
+        let sound = GyroInput::from(0.1);
+        assert!(gyro.sample(sound).flags.valid);
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut spoilt = [sound; 7];
+            spoilt[0].rate_rad_s = bad;
+            for axis in 0..3 {
+                spoilt[1 + axis].specific_force_s_m_s2[axis] = bad;
+            }
+            spoilt[4].temperature_deg_c = bad;
+            spoilt[5].temperature_rate_deg_c_s = bad;
+            spoilt[6].magnetic_field_t = bad;
+            for input in spoilt {
+                let reading = gyro.sample(input);
+                assert!(!reading.flags.valid && reading.counts == Counts(0), "{input:?}");
+            }
         }
-        assert_eq!(rounded(f64::from(i32::MAX), Rounding::Rate), i32::MAX);
-        assert_eq!(rounded(-f64::from(i32::MAX), Rounding::Angle), -i32::MAX);
+        assert_eq!(gyro.sample(sound).counts, Counts(100));
+    }
+
+    #[test]
+    fn the_smallest_numbers_are_counted_and_keep_nothing_that_is_none() {
+        let lsb_rad_s = f64::MIN_POSITIVE / 4.0;
+        let exact = GyroParams::exact(100.0, 64.0 * lsb_rad_s, lsb_rad_s, 64);
+        let linearity = crate::Linearity { nonlinearity: 0.1, ..exact.linearity };
+        let params = GyroParams { rounding: Rounding::Angle, linearity, ..exact };
+        let mut gyro = Gyro::new(params, Seed(1), 0).unwrap();
+        let read = [0.0, 1.0, 0.0, f64::MAX, 0.0].map(|rate| gyro.sample(rate));
+        assert!(read.iter().all(|reading| reading.flags.valid), "{read:?}");
+        assert_eq!(read.map(|reading| reading.counts.0), [0, 64, 0, 64, 0]);
+    }
+
+    #[test]
+    fn just_below_a_half_rounds_to_none() {
+        assert!(rounded(0.5_f64.next_down()) == 0.0 && rounded(0.5) == 0.0);
+        let up = [0.5_f64.next_up(), 1.5].map(|half| rounded(half).to_bits());
+        assert_eq!(up, [1.0_f64, 2.0].map(f64::to_bits));
     }
 }

@@ -33,15 +33,6 @@ impl From<f64> for GyroInput {
     }
 }
 
-impl GyroInput {
-    /// Whether every number is one.
-    pub(crate) fn is_finite(&self) -> bool {
-        let others = [self.temperature_deg_c, self.temperature_rate_deg_c_s, self.magnetic_field_t];
-        let numbers = self.specific_force_s_m_s2.iter().chain(&others);
-        self.rate_rad_s.is_finite() && numbers.copied().all(f64::is_finite)
-    }
-}
-
 /// What surrounds a gyro besides the motion, over a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surroundings {
@@ -112,20 +103,5 @@ mod tests {
         assert_eq!(input.temperature_deg_c.to_bits(), 24.0_f64.to_bits());
         assert_eq!(input.temperature_rate_deg_c_s.to_bits(), 0.5_f64.to_bits());
         assert_eq!(input.specific_force_s_m_s2, [1.0, 2.0, 3.0]);
-    }
-
-    #[test]
-    fn one_number_that_is_none_spoils_an_input() {
-        let sound = GyroInput::from(0.1);
-        assert!(sound.is_finite());
-        assert!(!GyroInput { rate_rad_s: f64::NAN, ..sound }.is_finite());
-        assert!(!GyroInput { temperature_deg_c: f64::INFINITY, ..sound }.is_finite());
-        assert!(!GyroInput { temperature_rate_deg_c_s: f64::NAN, ..sound }.is_finite());
-        assert!(!GyroInput { magnetic_field_t: f64::NAN, ..sound }.is_finite());
-        for axis in 0..3 {
-            let mut spoilt = sound;
-            spoilt.specific_force_s_m_s2[axis] = f64::NAN;
-            assert!(!spoilt.is_finite(), "axis {axis}");
-        }
     }
 }
