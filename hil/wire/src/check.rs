@@ -40,7 +40,7 @@ pub(crate) enum Algorithm {
     None,
     Sum { negated: bool },
     Xor,
-    Crc(Box<Crc>),
+    Crc(Crc),
     Parity { odd: bool },
 }
 
