@@ -34,6 +34,7 @@ impl Place {
     }
 
     /// The low `bits` bits set.
+    #[inline]
     pub(crate) const fn mask(&self) -> u64 {
         u64::MAX >> (64 - self.bits)
     }

@@ -75,6 +75,7 @@ impl SequenceTracker {
     }
 
     /// Frames from the last one, and whether a clock was needed; or what is no new frame.
+    #[inline]
     fn whole_steps(
         &self,
         step: u64,
@@ -92,6 +93,7 @@ impl SequenceTracker {
         if steps == 0 { Err(Arrival::Duplicate) } else { Ok((steps, steps != step)) }
     }
 
+    #[inline]
     fn backward_max(&self) -> u64 {
         BACKWARD_MAX.min(self.modulus / BACKWARD_SHARE)
     }
