@@ -4,6 +4,7 @@
 #[path = "../../hil/wire/tests/stream/naive/mod.rs"]
 mod naive;
 
+use std::sync::LazyLock;
 use struna_wire::{Counters, Decoder, Frame, FrameSpec};
 
 const SHIPPED: [&str; 7] = [
@@ -15,6 +16,12 @@ const SHIPPED: [&str; 7] = [
     include_str!("../../frames/kvh-dsp3000-ascii.toml"),
     include_str!("../../frames/fog-septet-xor.toml"),
 ];
+
+/// The same, read once: most of the time would go into it.
+static SPECS: LazyLock<Vec<FrameSpec>> = LazyLock::new(|| {
+    let read = |text| FrameSpec::from_toml(text).expect("shipped files are good");
+    SHIPPED.iter().copied().map(read).collect()
+});
 
 const END: &str = "[line]\nbaud=115200\ndata=8\nparity='none'\nstop=1\n\
                    [timing]\nrate_hz=1.0\nrate_tol=0.0\n";
@@ -49,8 +56,8 @@ impl Choices<'_> {
 /// A shipped layout, or one that the choices put together; `None` when they contradict themselves.
 pub fn layout(choices: &mut Choices<'_>) -> Option<FrameSpec> {
     let which = choices.below(2 * SHIPPED.len());
-    match SHIPPED.get(which) {
-        Some(text) => Some(FrameSpec::from_toml(text).expect("shipped files are good")),
+    match SPECS.get(which) {
+        Some(spec) => Some(spec.clone()),
         None => FrameSpec::from_toml(&generated(choices)).ok(),
     }
 }

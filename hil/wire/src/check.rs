@@ -40,7 +40,7 @@ pub(crate) enum Algorithm {
     None,
     Sum { negated: bool },
     Xor,
-    Crc(Box<Crc>),
+    Crc(Crc),
     Parity { odd: bool },
 }
 
@@ -124,11 +124,13 @@ impl CheckSpec {
         self.place.write(value, frame);
     }
 
+    #[inline]
     fn covered<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[self.first..=self.last]
     }
 
     /// Sum or exclusive or, as wide as it is stored.
+    #[inline]
     fn byte_check(&self, bytes: &[u8]) -> u64 {
         let sum = || bytes.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
         let value = match self.algorithm {

@@ -19,55 +19,75 @@ pub struct CrcParams {
     pub xorout: u32,
 }
 
+/// Bytes taken at a time.
+const STRIDE: usize = 8;
+
 /// A table-driven CRC.
 ///
 /// Own, because the parameters come from a file and the `crc` crate wants them `'static`; that
 /// crate is the oracle in the tests.
 ///
-/// One register of 32 bits serves every width: it lies at the top of the word when bits enter
-/// highest first, and at the bottom when they enter lowest first. The width then costs nothing.
+/// One register of 32 bits serves every width and direction: the eight bits that meet the next
+/// byte always lie lowest. So the bits are in the register's order when they enter lowest first,
+/// and its bytes are swapped when they enter highest first. Up to eight bytes are looked up at
+/// once, each in a table of its own, for a frame is too short to wait for one after the other.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Crc {
     params: CrcParams,
-    table: [u32; 256],
+    /// What a byte does to the register with 0 to 7 bytes behind it.
+    tables: Box<[[u32; 256]; STRIDE]>,
 }
 
 impl Crc {
-    /// Builds the table of `params`. Bits of the parameters above the width are not looked at.
+    /// Builds the tables of `params`. Bits of the parameters above the width are not looked at.
     #[must_use]
     pub fn new(params: CrcParams) -> Self {
         let CrcParams { width, poly, refin, .. } = params;
-        let mut table = [0; 256];
-        for (byte, slot) in (0..=u8::MAX).zip(&mut table) {
+        let mut last = [0; 256];
+        for (byte, slot) in (0..=u8::MAX).zip(&mut last) {
             *slot = if refin {
                 shift_low_first(u32::from(byte), poly.reverse_bits() >> (32 - width))
             } else {
-                shift_high_first(u32::from(byte) << 24, poly << (32 - width))
+                shift_high_first(u32::from(byte) << 24, poly << (32 - width)).swap_bytes()
             };
         }
-        Self { params, table }
+        let mut tables = Box::new([last; STRIDE]);
+        for k in 1..STRIDE {
+            for byte in 0..256 {
+                let register = tables[k - 1][byte];
+                tables[k][byte] = last[lowest(register)] ^ (register >> 8);
+            }
+        }
+        Self { params, tables }
     }
 
     /// The CRC of `bytes`.
     #[must_use]
+    #[inline]
     pub fn checksum(&self, bytes: &[u8]) -> u32 {
         let CrcParams { width, init, refin, refout, xorout, .. } = self.params;
         let unused = 32 - width;
-        let register = if refin {
-            bytes.iter().fold(init.reverse_bits() >> unused, |register, byte| {
-                let [low, ..] = register.to_le_bytes();
-                self.table[usize::from(low ^ byte)] ^ (register >> 8)
-            })
-        } else {
-            let top = bytes.iter().fold(init << unused, |register, byte| {
-                let [high, ..] = register.to_be_bytes();
-                self.table[usize::from(high ^ byte)] ^ (register << 8)
-            });
-            top >> unused
-        };
+        let start =
+            if refin { init.reverse_bits() >> unused } else { (init << unused).swap_bytes() };
+        let end = bytes.chunks(STRIDE).fold(start, |register, bytes| self.take(register, bytes));
         // The low-first register is mirrored already.
+        let register = if refin { end } else { end.swap_bytes() >> unused };
         let mirrored = if refin == refout { register } else { register.reverse_bits() >> unused };
         mirrored ^ xorout
+    }
+
+    /// The register behind at most eight `bytes`.
+    #[inline]
+    fn take(&self, register: u32, bytes: &[u8]) -> u32 {
+        // The register meets the first four bytes; what fewer leave of it moves down.
+        let mut met = u64::from(register);
+        let mut after = 0;
+        for (byte, table) in bytes.iter().zip(self.tables[..bytes.len()].iter().rev()) {
+            let [low, ..] = met.to_le_bytes();
+            after ^= table[usize::from(low ^ byte)];
+            met >>= 8;
+        }
+        after ^ lower_half(met)
     }
 
     /// The parameters it was built from.
@@ -82,6 +102,16 @@ impl fmt::Debug for Crc {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Crc").field(&self.params).finish()
     }
+}
+
+fn lowest(register: u32) -> usize {
+    let [low, ..] = register.to_le_bytes();
+    usize::from(low)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the upper half is empty")]
+const fn lower_half(register: u64) -> u32 {
+    register as u32
 }
 
 fn shift_high_first(register: u32, poly: u32) -> u32 {

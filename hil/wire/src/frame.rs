@@ -15,8 +15,8 @@ pub struct Frame {
     pub inferred: bool,
     raw: [i64; MAX_FIELDS],
     field_count: usize,
-    has: u32,
-    flags: u32,
+    has: u64,
+    flags: u64,
 }
 
 impl Frame {
@@ -51,16 +51,16 @@ impl Frame {
             // The deciding field stands earlier in the file.
             if field.when.is_none_or(|when| raw[when.field] == when.equals) {
                 raw[k] = field.read(content);
-                has |= u32::from(field.is_number(raw[k])) << k;
+                has |= u64::from(field.is_number(raw[k])) << k;
             }
         }
-        let flags =
-            spec.flags.iter().enumerate().fold(0, |flags, (k, flag)| {
-                flags | u32::from(raw[flag.field] & flag.mask() != 0) << k
-            });
+        let mut flags = 0;
+        for (k, flag) in spec.flags.iter().enumerate() {
+            flags |= (raw[flag.field].cast_unsigned() >> flag.bit & 1) << k;
+        }
         for (k, field) in spec.fields.iter().enumerate() {
             if let Some(flag) = field.valid_if {
-                has &= !(u32::from(!bit(flags, flag)) << k);
+                has &= !(u64::from(!bit(flags, flag)) << k);
             }
         }
         let field_count = spec.fields.len();
@@ -69,6 +69,6 @@ impl Frame {
 }
 
 #[inline]
-fn bit(word: u32, index: usize) -> bool {
+fn bit(word: u64, index: usize) -> bool {
     u32::try_from(index).is_ok_and(|bit| word.checked_shr(bit).unwrap_or(0) & 1 == 1)
 }

@@ -34,6 +34,7 @@ impl Place {
     }
 
     /// The low `bits` bits set.
+    #[inline]
     pub(crate) const fn mask(&self) -> u64 {
         u64::MAX >> (64 - self.bits)
     }
@@ -41,13 +42,15 @@ impl Place {
     /// The number at this place of a whole frame.
     #[inline]
     pub(crate) fn read(&self, frame: &[u8]) -> u64 {
-        let append = |code: u64, byte: &u8| (code << self.byte_bits) | u64::from(*byte);
-        let bytes = &frame[self.at..self.at + self.bytes];
-        let container = match self.endian {
-            Endian::Big => bytes.iter().fold(0, append),
-            Endian::Little => bytes.iter().rev().fold(0, append),
+        // Eight bytes around the container, or all that there are, the first lowest.
+        let from = self.at.min(frame.len().saturating_sub(8));
+        let before = self.at - from;
+        let (word, below) = match self.endian {
+            Endian::Big => (word(&frame[from..]).swap_bytes(), 8 - before - self.bytes),
+            Endian::Little => (word(&frame[from..]), before),
         };
-        (container >> self.shift) & self.mask()
+        let word = if self.byte_bits == 7 { without_top_bits(word) } else { word };
+        (word >> (self.byte_bits as usize * below + self.shift as usize)) & self.mask()
     }
 
     /// Puts the low bits of `code` there and leaves all other bits as they are.
@@ -76,6 +79,28 @@ impl Place {
         self.write(u64::MAX, &mut mask);
         mask
     }
+}
+
+/// The first eight bytes as a number, the first lowest; zeros follow fewer.
+#[inline]
+pub(crate) fn word(bytes: &[u8]) -> u64 {
+    if let Some(front) = bytes.first_chunk() {
+        return u64::from_le_bytes(*front);
+    }
+    if let (Some(front), Some(back)) = (bytes.first_chunk(), bytes.last_chunk()) {
+        // Where they overlap they agree.
+        let [front, back] = [front, back].map(|half| u64::from(u32::from_le_bytes(*half)));
+        return front | back << (8 * (bytes.len() - 4));
+    }
+    bytes.iter().rev().fold(0, |word, byte| (word << 8) | u64::from(*byte))
+}
+
+/// Bit 7 of each byte left out and the rest moved together: 56 bits.
+#[inline]
+const fn without_top_bits(word: u64) -> u64 {
+    let pairs = (word & 0x007F_007F_007F_007F) | ((word & 0x7F00_7F00_7F00_7F00) >> 1);
+    let fours = (pairs & 0x0000_3FFF_0000_3FFF) | ((pairs & 0x3FFF_0000_3FFF_0000) >> 2);
+    (fours & 0x0FFF_FFFF) | ((fours & 0x0FFF_FFFF_0000_0000) >> 4)
 }
 
 #[cfg(test)]

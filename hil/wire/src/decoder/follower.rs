@@ -132,6 +132,16 @@ impl Follower {
         self.locked && (C::DELIMITED || self.adrift.is_multiple_of(self.spec.len as u64))
     }
 
+    /// Bytes to the next place where a weak frame is due. None is jumped over, for then the end of
+    /// a push would decide which of them are looked at.
+    fn to_due<C: Cutter>(&self) -> usize {
+        if C::DELIMITED || self.spec.evidence.confirm == 1 || !self.locked {
+            return usize::MAX;
+        }
+        let past = usize::try_from(self.adrift).map_or(0, |adrift| adrift % self.spec.len);
+        self.spec.len - past
+    }
+
     /// Whether the rate can have come from the last one.
     fn credible(&self, facts: &Facts) -> bool {
         let (Some((before, age)), Some(now)) = (self.last_rate, facts.rate_si) else { return true };
@@ -159,7 +169,7 @@ impl Follower {
         match self.look_behind(cutter, rest) {
             Row::Incomplete => None,
             Row::Confirmed => Some(self.skip(self.spec.len, false)),
-            Row::Refused => Some(self.skip(seek.skip, seek.aligned)),
+            Row::Refused => Some(self.skip(seek.skip.min(self.to_due::<C>()), seek.aligned)),
         }
     }
 

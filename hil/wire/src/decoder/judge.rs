@@ -27,7 +27,9 @@ pub(super) enum Row {
     Incomplete,
 }
 
-#[inline]
+/// Inlined into both callers: the call alone, with its answer by way of memory, costs every frame a
+/// tenth of its time.
+#[inline(always)]
 pub(super) fn verdict(spec: &FrameSpec, content: &[u8]) -> Verdict {
     if !spec.check.holds(content) {
         return Verdict::BadCheck;

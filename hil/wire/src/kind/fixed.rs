@@ -2,6 +2,7 @@
 
 use super::{Cut, Cutter, Scratch, Seek};
 use crate::MAX_SYNC_LEN;
+use crate::place::word;
 
 /// Finds sync words, of which some bits may belong to fields.
 #[derive(Debug, Clone)]
@@ -24,11 +25,12 @@ impl Fixed {
     /// Whether `bytes` agree with the sync word as far as they go.
     #[inline]
     fn agrees(&self, bytes: &[u8]) -> bool {
-        if let Some(front) = bytes.first_chunk() {
-            return (u64::from_le_bytes(*front) ^ self.word) & self.mask == 0;
+        let differ = (word(bytes) ^ self.word) & self.mask;
+        if bytes.len() >= MAX_SYNC_LEN {
+            return differ == 0;
         }
         let known = !(u64::MAX << (8 * bytes.len()));
-        (word(bytes) ^ self.word) & self.mask & known == 0
+        differ & known == 0
     }
 
     /// Distance to the next byte that could be the first of a sync word.
@@ -41,11 +43,6 @@ impl Fixed {
         }
         bytes.iter().position(|byte| byte & mask == first)
     }
-}
-
-/// At most eight bytes as a number, the first lowest.
-fn word(bytes: &[u8]) -> u64 {
-    bytes.iter().rev().fold(0, |word, byte| (word << 8) | u64::from(*byte))
 }
 
 impl Cutter for Fixed {

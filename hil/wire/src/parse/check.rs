@@ -96,14 +96,14 @@ fn algorithm(table: &Table<'_>, word: Word) -> Result<Algorithm> {
         Word::Crc { width } => {
             let greatest = u32::MAX >> (32 - width);
             let number = |key| table.required(key)?.integer_in(0..=greatest);
-            Algorithm::Crc(Box::new(Crc::new(CrcParams {
+            Algorithm::Crc(Crc::new(CrcParams {
                 width,
                 poly: table.required("poly")?.integer_in(1..=greatest)?,
                 init: number("init")?,
                 refin: table.required("refin")?.boolean()?,
                 refout: table.required("refout")?.boolean()?,
                 xorout: number("xorout")?,
-            })))
+            }))
         }
     })
 }

@@ -236,6 +236,24 @@ fn a_check_that_ends_in_the_sync_byte_cannot_hold_the_decoder_off() {
     assert_eq!(counters.resyncs, 0);
 }
 
+/// Found by fuzzing: a place where a weak frame was due was looked at only when a push ended there.
+#[test]
+fn no_due_place_is_jumped_over_however_the_bytes_are_cut() {
+    let text = "[frame]\nname='weak'\nprovenance='unverified'\nkind='fixed'\nlen=4\nsync='00'\n\
+        [frame.check]\nkind='none'\n[[frame.field]]\nname='rate'\nat=1\nbytes=1\nshift=1\nbits=5\n\
+        coding='twos'\nunit='counts'\n[frame.plausible]\nrate_step_max=12\n\
+        [line]\nbaud=115200\ndata=8\nparity='none'\nstop=1\n[timing]\nrate_hz=1.0\nrate_tol=0.0\n";
+    let spec = FrameSpec::from_toml(text).unwrap();
+    assert_eq!((spec.evidence().confirm, spec.evidence().confirm_due), (4, 2));
+    let bytes = *b"\x55\x55\x0F\0)\0\0))\0\0\0\0\0\0\0\0R\0\0))\0\0\x04\xBD\xEF\xB8\x61\x74\xBF\
+        \x55\x55\x0F\x84\0)\0\0))\0\0\0\0\0\0\0\0R\0";
+    let whole = decode(&spec, &bytes, &[usize::MAX]);
+    for piece in 1..bytes.len() {
+        assert_eq!(decode(&spec, &bytes, &[piece]), whole, "in pieces of {piece}");
+    }
+    assert_eq!(naive::decode(&spec, &bytes), whole);
+}
+
 #[test]
 fn status_bits_come_out_by_name() {
     let spec = vg910d();

@@ -58,7 +58,10 @@ pub(crate) fn decode(spec: &FrameSpec, bytes: &[u8]) -> (Vec<Told>, Counters) {
                         aligned = false;
                     }
                     Some(false) => {
-                        at += skipped(&mut s, spec, skip);
+                        // A place where a weak frame is due is never jumped over.
+                        let due = spec.frame_len() - s.adrift % spec.frame_len();
+                        let weak = s.locked && !delimited && confirm > 1;
+                        at += skipped(&mut s, spec, if weak { skip.min(due) } else { skip });
                         aligned = line_end;
                     }
                 }
