@@ -90,10 +90,10 @@ pub(crate) fn run<M: Motion>(filter: &mut Filter<M>, rates_rad_s: &[f64]) -> Res
     Ok(())
 }
 
-type Peer = Kalman1MLinearNoInput<f64, 2, 1>;
+pub(crate) type Peer = Kalman1MLinearNoInput<f64, 2, 1>;
 
 /// kfilter with the same transition, process noise, measurement and start.
-fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
+pub(crate) fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
     let t = TorsionalOscillation::with_period(PERIOD_S)?.transition(STEP_S);
     let q = config.process_noise_rad2_s3;
     let mut peer = Peer::new(
@@ -109,7 +109,7 @@ fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
 }
 
 #[inline(never)]
-fn run_kfilter(peer: &mut Peer, rates_rad_s: &[f64]) -> Result<()> {
+pub(crate) fn run_kfilter(peer: &mut Peer, rates_rad_s: &[f64]) -> Result<()> {
     let refused = |reason| anyhow!("kfilter refuses a call: {reason:?}");
     for &rate_rad_s in rates_rad_s {
         let (peer, rate_rad_s) = black_box((&mut *peer, rate_rad_s));

@@ -9,6 +9,9 @@
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
 //! here. Nothing on the predict and update path allocates or panics.
 
+extern crate alloc;
+
+mod augmented;
 mod checks;
 mod config;
 mod covariance;
@@ -16,14 +19,22 @@ mod filter;
 mod integration;
 mod motion;
 mod refinement;
+mod rest;
 mod state_bytes;
 
+pub use augmented::{
+    AugmentedConfig, AugmentedFilter, InnovationTest, LearntParameters, StartPrior, Status,
+    TestedFilter,
+};
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
 pub use filter::Filter;
 pub use integration::PlainIntegration;
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
+pub use rest::{
+    RestError, measurement_variance_from_rest, quantiser_variance_factor, usable_rate_rad_s,
+};
 pub use state_bytes::RestoreError;
 
 /// What an estimator believes: the mean and covariance of (angle, rate).
