@@ -10,6 +10,7 @@
 
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
+mod augmented;
 mod batch;
 mod chain;
 mod decoder;
@@ -25,8 +26,9 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 7] = [
+const PARTS: [Part; 8] = [
     ("filters", filters::rows),
+    ("augmented", augmented::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
     ("batch", batch::rows),

@@ -77,21 +77,12 @@ pub fn quantiser_variance_factor(raw_sigma_rad_s: f64, step_rad_s: f64) -> f64 {
     if raw_sigma_rad_s < 0.5 * step_rad_s { 10.0 } else { 1.0 }
 }
 
-/// Largest rate of a gyro with the given range that can be used, rad/s: five raw standard
-/// deviations inside.
-///
-/// Dropping only samples that stand at the limit does not do: those just below it had their noise
-/// clipped on one side, and what is left is biased.
-#[must_use]
-pub fn usable_rate_rad_s(range_rad_s: f64, raw_sigma_rad_s: f64) -> f64 {
-    range_rad_s - 5.0 * raw_sigma_rad_s
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
+    use std::vec::Vec;
 
     /// z = e + a·e(previous), with unit white e.
     fn record(n: usize, a: f64) -> Vec<f64> {
@@ -147,10 +138,5 @@ mod tests {
     fn an_under_dithered_quantiser_costs_a_factor_of_ten() {
         assert_eq!(quantiser_variance_factor(0.08, 0.2439).to_bits(), 10.0_f64.to_bits());
         assert_eq!(quantiser_variance_factor(0.28, 0.2439).to_bits(), 1.0_f64.to_bits());
-    }
-
-    #[test]
-    fn the_usable_range_ends_five_sigma_inside() {
-        assert!((usable_rate_rad_s(3.5, 0.06) - 3.2).abs() < 1e-15);
     }
 }

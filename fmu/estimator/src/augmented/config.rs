@@ -117,10 +117,46 @@ pub struct AugmentedConfig {
     /// claimed and nothing else: no motion shows a scale factor, since every solution times a
     /// constant is a solution.
     pub scale_factor_sigma: f64,
-    /// Measured rates at least this large are over range, rad/s: they come from a clipped gyro and
-    /// are not used. Positive; none when the gyro cannot clip. See
-    /// [`usable_rate_rad_s`](crate::usable_rate_rad_s).
-    pub rate_limit_rad_s: Option<f64>,
+    /// Range of the gyro; none when it cannot clip.
+    pub range: Option<GyroRange>,
+}
+
+/// Where a gyro clips, and how far from there its samples are spoilt.
+///
+/// Samples at the limit tell little, and those just below it had their noise clipped on one side.
+/// Which ones to leave out must not depend on the noise either: to drop what measures too much
+/// keeps the noise that points inwards, and that is a bias again. So a sample is left out when the
+/// rate *expected* lies within the margin, and by its own value only at the very limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GyroRange {
+    /// Largest rate that the gyro can tell, rad/s. Positive.
+    pub limit_rad_s: f64,
+    /// Width below the limit in which samples are not used, rad/s. Not negative, below the limit.
+    pub margin_rad_s: f64,
+}
+
+impl GyroRange {
+    /// Share of the margin next to the limit in which a sample is left out by its own value: one
+    /// raw standard deviation of five.
+    const EDGE: f64 = 0.2;
+
+    /// A margin of five standard deviations of the raw samples, before any averaging.
+    #[must_use]
+    pub const fn with_raw_sigma(limit_rad_s: f64, raw_sigma_rad_s: f64) -> Self {
+        Self { limit_rad_s, margin_rad_s: 5.0 * raw_sigma_rad_s }
+    }
+
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("limit_rad_s", self.limit_rad_s)?;
+        let ok = (0.0..self.limit_rad_s).contains(&self.margin_rad_s);
+        judge("margin_rad_s", self.margin_rad_s, ok, "not negative and below limit_rad_s")
+    }
+
+    /// Least expected rate, and least measured rate, that are over range.
+    pub(super) fn edges_rad_s(&self) -> (f64, f64) {
+        let edge = self.limit_rad_s - Self::EDGE * self.margin_rad_s;
+        (self.limit_rad_s - self.margin_rad_s, edge)
+    }
 }
 
 impl AugmentedConfig {
@@ -134,7 +170,7 @@ impl AugmentedConfig {
             process_noise_rad2_s3: 1e-9 * DEG * DEG,
             bias_walk_rad2_s3: 1e-12 * DEG * DEG,
             scale_factor_sigma: 0.0,
-            rate_limit_rad_s: None,
+            range: None,
         }
     }
 
@@ -148,10 +184,7 @@ impl AugmentedConfig {
         not_negative("process_noise_rad2_s3", self.process_noise_rad2_s3)?;
         not_negative("bias_walk_rad2_s3", self.bias_walk_rad2_s3)?;
         not_negative("scale_factor_sigma", self.scale_factor_sigma)?;
-        if let Some(limit_rad_s) = self.rate_limit_rad_s {
-            positive("rate_limit_rad_s", limit_rad_s)?;
-        }
-        Ok(())
+        self.range.map_or(Ok(()), |range| range.validate())
     }
 
     pub(super) fn densities(&self) -> Densities {

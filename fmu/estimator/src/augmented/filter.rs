@@ -30,7 +30,8 @@ pub(super) struct Model {
     pub(super) r: f64,
     q: Densities,
     scale_factor_variance: f64,
-    rate_limit: f64,
+    /// Least expected rate, and least measured rate, that are over range.
+    range_edges: (f64, f64),
     s_bounds: (f64, f64),
     d_bounds: (f64, f64),
 }
@@ -71,7 +72,9 @@ impl AugmentedFilter {
             r: config.measurement_variance_rad2_s2,
             q: config.densities(),
             scale_factor_variance: config.scale_factor_sigma * config.scale_factor_sigma,
-            rate_limit: config.rate_limit_rad_s.unwrap_or(f64::INFINITY),
+            range_edges: config
+                .range
+                .map_or((f64::INFINITY, f64::INFINITY), |range| range.edges_rad_s()),
             s_bounds: (s / S_SPAN, s * S_SPAN),
             d_bounds: (-D_SPAN.0 * omega, D_SPAN.1 * omega),
         };
@@ -129,11 +132,15 @@ impl Model {
     }
 
     #[inline(always)]
-    fn updated(&self, from: &State, rate_rad_s: f64) -> Result<(State, Innovation), EstimatorError> {
+    fn updated(
+        &self,
+        from: &State,
+        rate_rad_s: f64,
+    ) -> Result<(State, Innovation), EstimatorError> {
         check_measurement(rate_rad_s)?;
         let expected = from.expect(rate_rad_s);
         let innovation = self.innovation(expected.residual, expected.spread)?;
-        if self.is_over_range(rate_rad_s) {
+        if self.is_over_range(rate_rad_s, expected.residual) {
             return Ok((*from, innovation));
         }
         let state = self.bounded(from.updated(&expected, self.r)).judged()?;
@@ -156,8 +163,9 @@ impl Model {
     }
 
     #[inline(always)]
-    pub(super) fn is_over_range(&self, rate_rad_s: f64) -> bool {
-        rate_rad_s.abs() >= self.rate_limit
+    pub(super) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
+        let expected_rad_s = rate_rad_s - residual_rad_s;
+        (expected_rad_s.abs() >= self.range_edges.0) | (rate_rad_s.abs() >= self.range_edges.1)
     }
 
     /// Keeps the oscillator one: a wild measurement could lead Ω² below zero, where there is no
@@ -214,7 +222,7 @@ impl RateEstimator for AugmentedFilter {
         Ok(())
     }
 
-    /// A rate over the configured limit is judged, and then left out.
+    /// A rate out of the gyro's range is judged, and then left out.
     #[inline(always)]
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         let (state, innovation) = self.model.updated(&self.state, rate_rad_s)?;

@@ -24,7 +24,8 @@ const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_EVERY as usize <= SNAPSHOTS 
 pub(super) struct Sample {
     /// Seconds since the measurement before.
     pub(super) span_s: f64,
-    pub(super) rate_rad_s: f64,
+    /// None when it was over range.
+    pub(super) rate_rad_s: Option<f64>,
     /// Measured minus expected rate when it came, rad/s.
     pub(super) residual_rad_s: f64,
 }
@@ -60,7 +61,7 @@ const fn snapshot_place(k: u64) -> usize {
 
 impl History {
     pub(super) fn new(start: State) -> Self {
-        let none = Sample { span_s: 0.0, rate_rad_s: 0.0, residual_rad_s: 0.0 };
+        let none = Sample { span_s: 0.0, rate_rad_s: None, residual_rad_s: 0.0 };
         Self {
             samples: vec![none; SAMPLES].into_boxed_slice(),
             sums: vec![0.0; SAMPLES].into_boxed_slice(),
@@ -106,8 +107,7 @@ impl History {
     /// Mean residual of the last `length` samples, rad/s.
     pub(super) fn mean_residual_rad_s(&self, length: usize) -> f64 {
         let first = self.last + 1 - length as u64;
-        let sum: f64 =
-            (first..=self.last).map(|k| self.samples[place(k)].residual_rad_s).sum();
+        let sum: f64 = (first..=self.last).map(|k| self.samples[place(k)].residual_rad_s).sum();
         sum / length as f64
     }
 
@@ -139,7 +139,8 @@ impl History {
     pub(super) fn write(&self, out: &mut Writer<'_>) {
         for (sample, sum) in self.samples.iter().zip(&self.sums) {
             out.f64(sample.span_s);
-            out.f64(sample.rate_rad_s);
+            // No measured rate is as large: its residual could not be squared.
+            out.f64(sample.rate_rad_s.unwrap_or(f64::MAX));
             out.f64(sample.residual_rad_s);
             out.f64(*sum);
         }
@@ -156,7 +157,8 @@ impl History {
         let mut history = Self::new(start);
         for (sample, sum) in history.samples.iter_mut().zip(&mut history.sums) {
             sample.span_s = bytes.finite("span_s")?;
-            sample.rate_rad_s = bytes.finite("stored rate")?;
+            let rate_rad_s = bytes.finite("stored rate")?;
+            sample.rate_rad_s = (rate_rad_s < f64::MAX).then_some(rate_rad_s);
             sample.residual_rad_s = bytes.finite("stored residual")?;
             *sum = bytes.finite("sum of innovations")?;
         }

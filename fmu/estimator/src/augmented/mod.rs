@@ -15,7 +15,7 @@ mod tested;
 mod transition;
 mod windows;
 
-pub use config::{AugmentedConfig, StartPrior};
+pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
 pub use status::Status;
 pub use tested::TestedFilter;

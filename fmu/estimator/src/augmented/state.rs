@@ -160,12 +160,10 @@ impl Covariance5 {
     #[inline(always)]
     fn carried(&self, f: &Jacobian) -> Self {
         let p = self;
-        let alpha = |a: f64, w: f64, s: f64, d: f64| {
-            (f.aa * a + f.aw * w) + (f.a_by_s * s + f.a_by_d * d)
-        };
-        let rate = |a: f64, w: f64, s: f64, d: f64| {
-            (f.wa * a + f.ww * w) + (f.w_by_s * s + f.w_by_d * d)
-        };
+        let alpha =
+            |a: f64, w: f64, s: f64, d: f64| (f.aa * a + f.aw * w) + (f.a_by_s * s + f.a_by_d * d);
+        let rate =
+            |a: f64, w: f64, s: f64, d: f64| (f.wa * a + f.ww * w) + (f.w_by_s * s + f.w_by_d * d);
         let as_ = alpha(p.as_, p.ws, p.ss, p.sd);
         let ad = alpha(p.ad, p.wd, p.sd, p.dd);
         let ab = alpha(p.ab, p.wb, p.sb, p.db);
@@ -198,10 +196,7 @@ impl Covariance5 {
     #[inline(always)]
     pub(super) fn entries(&self) -> [f64; 15] {
         let p = self;
-        [
-            p.aa, p.aw, p.as_, p.ad, p.ab, p.ww, p.ws, p.wd, p.wb, p.ss, p.sd, p.sb, p.dd, p.db,
-            p.bb,
-        ]
+        [p.aa, p.aw, p.as_, p.ad, p.ab, p.ww, p.ws, p.wd, p.wb, p.ss, p.sd, p.sb, p.dd, p.db, p.bb]
     }
 
     pub(super) fn rows(&self) -> [[f64; 5]; 5] {

@@ -79,8 +79,7 @@ impl TestedFilter {
     /// belief: it is noted and not used.
     pub fn update_over_range(&mut self) {
         let span_s = self.since_update_s;
-        // A rate that every limit is below, so that a re-run leaves it out as well.
-        let sample = Sample { span_s, rate_rad_s: f64::MAX, residual_rad_s: 0.0 };
+        let sample = Sample { span_s, rate_rad_s: None, residual_rad_s: 0.0 };
         self.history.push(sample, 0.0, &self.filter.state);
         self.watch.over_range(span_s);
         self.since_update_s = 0.0;
@@ -119,7 +118,7 @@ impl TestedFilter {
         check_measurement(rate_rad_s)?;
         let model = &self.filter.model;
         let expected = predicted.expect(rate_rad_s);
-        if model.is_over_range(rate_rad_s) {
+        if model.is_over_range(rate_rad_s, expected.residual) {
             let innovation = model.innovation(expected.residual, expected.spread)?;
             self.filter.state = *predicted;
             self.since_update_s = span_s;
@@ -131,7 +130,7 @@ impl TestedFilter {
         self.since_update_s = 0.0;
         let (residual_rad_s, variance) = (innovation.residual_rad_s, innovation.variance_rad2_s2);
         let normalised = residual_rad_s / libm::sqrt(variance);
-        let sample = Sample { span_s, rate_rad_s, residual_rad_s };
+        let sample = Sample { span_s, rate_rad_s: Some(rate_rad_s), residual_rad_s };
         self.history.push(sample, normalised.clamp(-CLIP, CLIP), &state);
         self.watch.used(span_s, (!gated).then(|| normalised * normalised));
         let history = &self.history;
@@ -165,10 +164,11 @@ impl TestedFilter {
         for (k, sample) in (1..=count).zip(self.history.latest(count)) {
             state = model.predicted(&state, sample.span_s)?;
             state.p.ww += inflation;
-            if model.is_over_range(sample.rate_rad_s) || sample.rate_rad_s >= f64::MAX {
+            let Some(rate_rad_s) = sample.rate_rad_s else { continue };
+            let expected = state.expect(rate_rad_s);
+            if model.is_over_range(rate_rad_s, expected.residual) {
                 continue;
             }
-            let expected = state.expect(sample.rate_rad_s);
             state = if k + UNGATED > count {
                 model.innovation(expected.residual, expected.spread)?;
                 model.bounded(state.updated(&expected, model.r)).judged()?

@@ -257,7 +257,5 @@ mod tests {
     fn no_span_is_too_long() {
         let settled = Transition::over(1e15, 1e-4, 1e-3).apply(1.0, 1.0);
         assert_eq!(settled, (0.0, 0.0), "damped out");
-        let (alpha, rate) = Transition::over(f64::MAX, 1e-4, 0.0).apply(1.0, 1.0);
-        assert!(!alpha.is_nan() || !rate.is_finite() || alpha.is_nan(), "comes back at all");
     }
 }

@@ -52,8 +52,8 @@ impl InnovationTest {
     /// independent; so the shares p are alike for all lengths.
     #[must_use]
     pub fn threshold(&self, length_samples: u16) -> f64 {
-        let tail = self.false_alarms * f64::from(length_samples)
-            / (8.0 * f64::from(self.horizon_samples));
+        let tail =
+            self.false_alarms * f64::from(length_samples) / (8.0 * f64::from(self.horizon_samples));
         upper_quantile(tail)
     }
 }
@@ -122,8 +122,7 @@ mod tests {
     #[test]
     fn the_thresholds_are_the_published_ones() {
         // Φ⁻¹(1 − 0.01·L/(8·48 000)), to the two digits printed.
-        let published =
-            [5.25, 5.19, 5.12, 5.06, 4.93, 4.79, 4.65, 4.50, 4.35, 4.20, 4.04, 3.87];
+        let published = [5.25, 5.19, 5.12, 5.06, 4.93, 4.79, 4.65, 4.50, 4.35, 4.20, 4.04, 3.87];
         for (length, published) in LENGTHS.into_iter().zip(published) {
             let threshold = InnovationTest::STANDARD.threshold(length);
             assert!((threshold - published).abs() < 0.0051, "{length}: {threshold}");

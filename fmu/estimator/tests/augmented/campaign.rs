@@ -5,7 +5,6 @@ use nalgebra::{SMatrix, SVector};
 use struna_estimator::{RateEstimator, TestedFilter};
 use struna_kernel::RAD_PER_DEG;
 
-pub(crate) const RUNS: u32 = 200;
 /// Instants at which the whole error is weighed against the whole covariance.
 pub(crate) const EPOCHS: usize = 10;
 
@@ -33,9 +32,10 @@ pub(crate) struct Run {
 pub(crate) struct Campaign(pub(crate) Vec<Run>);
 
 impl Campaign {
-    pub(crate) fn of(scenario: Scenario) -> Self {
-        let half = |parity: u32| move || -> Vec<Run> {
-            (0..RUNS / 2).map(|k| run(scenario, 2 * k + parity)).collect()
+    /// An even number of runs.
+    pub(crate) fn of(scenario: Scenario, runs: u32) -> Self {
+        let half = |parity: u32| {
+            move || -> Vec<Run> { (0..runs / 2).map(|k| run(scenario, 2 * k + parity)).collect() }
         };
         let (even, odd) = std::thread::scope(|scope| {
             let odd = scope.spawn(half(1));
@@ -135,8 +135,7 @@ fn error_squared(filter: &TestedFilter, truth: [f64; 5]) -> f64 {
     let rows = filter.filter().covariance();
     // Scaled to correlations first: the units differ by ten orders of magnitude.
     let sigma: [f64; 5] = std::array::from_fn(|i| rows[i][i].sqrt());
-    let correlation =
-        SMatrix::<f64, 5, 5>::from_fn(|i, j| rows[i][j] / (sigma[i] * sigma[j]));
+    let correlation = SMatrix::<f64, 5, 5>::from_fn(|i, j| rows[i][j] / (sigma[i] * sigma[j]));
     let mean = filter.filter().mean();
     let error = SVector::<f64, 5>::from_fn(|i, _| (mean[i] - truth[i]) / sigma[i]);
     let root = correlation.cholesky().expect("the covariance is positive definite");

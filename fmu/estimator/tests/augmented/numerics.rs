@@ -5,8 +5,8 @@ use nalgebra::SMatrix;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 use struna_estimator::{
-    AugmentedConfig, AugmentedFilter, EstimatorError, InnovationTest, RateEstimator, RestoreError,
-    StartPrior, Status, TestedFilter,
+    AugmentedConfig, AugmentedFilter, EstimatorError, GyroRange, InnovationTest, RateEstimator,
+    RestoreError, StartPrior, Status, TestedFilter,
 };
 use struna_kernel::RAD_PER_DEG;
 
@@ -96,7 +96,8 @@ proptest! {
     fn nothing_that_comes_makes_the_belief_something_else_than_numbers(
         events in proptest::collection::vec((0_u8..8, -1e3_f64..1e3, any::<f64>()), 1..400),
     ) {
-        let mut filter = tested(&AugmentedConfig { rate_limit_rad_s: Some(900.0), ..config() });
+        let range = Some(GyroRange { limit_rad_s: 900.0, margin_rad_s: 10.0 });
+        let mut filter = tested(&AugmentedConfig { range, ..config() });
         for (kind, ordinary, wild) in events {
             // Whatever is refused is refused; what counts is what is left.
             let _ = match kind {
@@ -152,9 +153,9 @@ fn one_long_prediction_is_many_short_ones() {
     }
     let (one, many) = (at_once.mean(), in_steps.mean());
     for i in 0..5 {
-        // The series leaves 4e-10 of the amplitude in each of its steps: eight of them in 40 s.
+        // The series leaves 4.2e-10 of the amplitude in each of its steps, and 40 s are 64 of them.
         let scale = one[i].abs().max(1e-4);
-        assert!((one[i] - many[i]).abs() < 1e-8 * scale, "state {i}: {} {}", one[i], many[i]);
+        assert!((one[i] - many[i]).abs() < 2.7e-8 * scale, "state {i}: {} {}", one[i], many[i]);
     }
     let (one, many) = (at_once.covariance(), in_steps.covariance());
     for i in 0..5 {
@@ -214,13 +215,13 @@ fn restored_bytes_go_on_bit_for_bit_through_an_alarm() {
 #[test]
 fn bytes_with_impossible_counters_are_refused() {
     let mut filter = tested(&config());
-    for k in 1..=100 {
+    for k in 1..=101 {
         filter.step(STEP_S, rate_rad_s(k)).unwrap();
     }
     let good = saved(&filter);
     // The three counters stand at the end.
     let counters = good.len() - 24;
-    for (place, value) in [(0, 0_u64), (0, u64::MAX), (8, 101), (16, 0), (16, 11)] {
+    for (place, value) in [(0, 0_u64), (0, u64::MAX), (8, 102), (16, 0), (16, 11)] {
         let mut bad = good.clone();
         bad[counters + place..counters + place + 8].copy_from_slice(&value.to_le_bytes());
         assert_eq!(filter.restore(&bad), Err(RestoreError::Impossible), "{place}: {value}");
@@ -252,9 +253,10 @@ fn a_body_at_rest_claims_no_angle_that_it_cannot_know() {
 
 #[test]
 fn nothing_is_learnt_while_every_sample_is_over_range() {
-    let mut filter = tested(&AugmentedConfig { rate_limit_rad_s: Some(1e-9), ..config() });
+    let range = Some(GyroRange { limit_rad_s: 1.0, margin_rad_s: 0.5 });
+    let mut filter = tested(&AugmentedConfig { range, ..config() });
     for k in 1..=1000 {
-        filter.step(STEP_S, 0.1 + rate_rad_s(k).abs()).unwrap();
+        filter.step(STEP_S, 1.0 + rate_rad_s(k).abs()).unwrap();
     }
     let mut predicted = AugmentedFilter::new(&config()).unwrap();
     for _ in 0..1000 {
@@ -281,6 +283,7 @@ fn a_period_wrong_by_a_factor_of_three_is_owned_up_to() {
         }
         // A prior of 1 % says the period cannot be so; the test of the innovations says it is.
         assert!(filter.alarms() > 10, "{factor}: {} alarms", filter.alarms());
-        println!("{factor}: {nominal_and_wrong} {} {:?}", filter.alarms(), filter.filter().learnt());
+        // Six sigma off and called nominal: in the lulls between alarms, a twentieth of the time.
+        assert!(nominal_and_wrong < 2_400, "{factor}: {nominal_and_wrong} samples");
     }
 }

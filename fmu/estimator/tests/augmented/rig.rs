@@ -4,7 +4,10 @@
 use struna_body::{
     Body, BodyParams, DampedTorsion, Torsion, TorsionDamping, TorsionStiffness, reference,
 };
-use struna_estimator::{AugmentedConfig, InnovationTest, StartPrior, TestedFilter};
+use struna_estimator::{
+    AugmentedConfig, GyroRange, InnovationTest, StartPrior, TestedFilter,
+    measurement_variance_from_rest,
+};
 use struna_kernel::{AddressedRandom, Channel, RAD_PER_DEG, Seed};
 
 pub(crate) const STEP_S: f64 = 0.01;
@@ -28,6 +31,21 @@ pub(crate) struct Scenario {
     pub(crate) kicks: Kicks,
     /// Share of samples with an extra error of 20 sigma.
     pub(crate) outliers: f64,
+    pub(crate) flaw: Flaw,
+    /// Whether the filter is told of the flaw.
+    pub(crate) told: bool,
+}
+
+/// What is wrong with the gyro besides bias and white noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Flaw {
+    None,
+    /// Noise of the same variance in which each sample holds this share of the one before.
+    Coloured(f64),
+    /// Rates clipped at this size, deg/s.
+    Clipped(f64),
+    /// A scale factor wrong by this standard deviation.
+    ScaleFactor(f64),
 }
 
 /// Sudden changes of the rate.
@@ -47,6 +65,8 @@ pub(crate) const A: Scenario = Scenario {
     acceleration_density_deg2_s3: 0.0,
     kicks: Kicks::None,
     outliers: 0.0,
+    flaw: Flaw::None,
+    told: true,
 };
 pub(crate) const B: Scenario = Scenario { start_sigma_deg: 100.0, bias_sigma_deg_s: 0.05, ..A };
 pub(crate) const C: Scenario = Scenario { acceleration_density_deg2_s3: 1e-4, ..B };
@@ -57,7 +77,7 @@ impl Scenario {
     /// The filter's model, told what the scenario's ensemble is and nothing of the run.
     pub(crate) fn config(&self, start_deg: f64) -> AugmentedConfig {
         let q_deg2_s3 = self.acceleration_density_deg2_s3.max(1e-9);
-        AugmentedConfig {
+        let mut config = AugmentedConfig {
             start: StartPrior {
                 angle_sigma_rad: self.start_sigma_deg.max(0.1) * RAD_PER_DEG,
                 bias_sigma_rad_s: self.bias_sigma_deg_s.max(1e-3) * RAD_PER_DEG,
@@ -65,7 +85,22 @@ impl Scenario {
             },
             process_noise_rad2_s3: q_deg2_s3 * RAD_PER_DEG * RAD_PER_DEG,
             ..AugmentedConfig::quiet(StartPrior::released(0.0, PERIOD_S), R_RAD2_S2)
+        };
+        match self.flaw {
+            _ if !self.told => {}
+            Flaw::None => {}
+            Flaw::Coloured(_) => {
+                let record = Rig::new(*self, u32::MAX).record_at_rest(20_000);
+                config.measurement_variance_rad2_s2 =
+                    measurement_variance_from_rest(&record).unwrap();
+            }
+            Flaw::Clipped(at_deg_s) => {
+                let limit_rad_s = at_deg_s * RAD_PER_DEG;
+                config.range = Some(GyroRange::with_raw_sigma(limit_rad_s, R_RAD2_S2.sqrt()));
+            }
+            Flaw::ScaleFactor(sigma) => config.scale_factor_sigma = sigma,
         }
+        config
     }
 
     pub(crate) fn filter(&self, rig: &Rig) -> TestedFilter {
@@ -80,6 +115,8 @@ pub(crate) struct Rig {
     motion: DampedTorsion,
     motion_from: u32,
     pub(crate) bias_rad_s: f64,
+    /// True scale factor minus one.
+    scale_error: f64,
     pub(crate) believed_start_deg: f64,
     /// Instants of the kicks in samples, and the change of the rate at each sample of it.
     kicks: Vec<(u32, u32, f64)>,
@@ -116,6 +153,10 @@ impl Rig {
             ),
             motion_from: 0,
             bias_rad_s: scenario.bias_sigma_deg_s * n(3) * RAD_PER_DEG,
+            scale_error: match scenario.flaw {
+                Flaw::ScaleFactor(sigma) => sigma * n(6),
+                _ => 0.0,
+            },
             believed_start_deg: 360.0 + scenario.start_sigma_deg * n(4),
             kicks: kicks(scenario.kicks, &mut open(Channel::ImpulseTime)),
             noise: open(Channel::GyroAngleRandomWalk),
@@ -139,10 +180,7 @@ impl Rig {
     /// (s, d) of the true oscillator.
     pub(crate) fn parameters(&self) -> (f64, f64) {
         let axial_kg_m2 = self.body.params().inertia_kg_m2[2];
-        (
-            self.body.stiffness_n_m_rad() / axial_kg_m2,
-            self.body.damping_n_m_s_rad() / axial_kg_m2,
-        )
+        (self.body.stiffness_n_m_rad() / axial_kg_m2, self.body.damping_n_m_s_rad() / axial_kg_m2)
     }
 
     /// Sample `k`, to be asked for in order from 1.
@@ -156,13 +194,40 @@ impl Rig {
             self.motion = DampedTorsion::new(&self.body, angle_rad, rate_rad_s);
             self.motion_from = k;
         }
-        let mut noise = self.noise.standard_normal(u64::from(k));
-        let share = self.scenario.outliers;
-        if share > 0.0 && self.outliers.uniform(2 * u64::from(k)) < share {
-            noise += 20.0 * self.outliers.standard_normal(2 * u64::from(k) + 1);
-        }
-        let measured_rad_s = rate_rad_s + self.bias_rad_s + R_RAD2_S2.sqrt() * noise;
+        let measured_rad_s = self.measured_rad_s(k, rate_rad_s);
         Sample { angle_rad, rate_rad_s, measured_rad_s }
+    }
+
+    fn measured_rad_s(&mut self, k: u32, rate_rad_s: f64) -> f64 {
+        let scaled_rad_s = rate_rad_s * (1.0 + self.scale_error);
+        let measured_rad_s = scaled_rad_s + self.bias_rad_s + R_RAD2_S2.sqrt() * self.noise(k);
+        match self.scenario.flaw {
+            Flaw::Clipped(at_deg_s) => {
+                let limit_rad_s = at_deg_s * RAD_PER_DEG;
+                measured_rad_s.clamp(-limit_rad_s, limit_rad_s)
+            }
+            _ => measured_rad_s,
+        }
+    }
+
+    /// Noise of variance 1, outliers apart.
+    fn noise(&mut self, k: u32) -> f64 {
+        let k = u64::from(k);
+        let mut noise = self.noise.standard_normal(k);
+        if let Flaw::Coloured(share) = self.scenario.flaw {
+            let before = self.noise.standard_normal(k - 1);
+            noise = (noise + share * before) / (1.0 + share * share).sqrt();
+        }
+        let share = self.scenario.outliers;
+        if share > 0.0 && self.outliers.uniform(2 * k) < share {
+            noise += 20.0 * self.outliers.standard_normal(2 * k + 1);
+        }
+        noise
+    }
+
+    /// What the gyro says while the body rests.
+    fn record_at_rest(&mut self, samples: u32) -> Vec<f64> {
+        (1..=samples).map(|k| self.measured_rad_s(k, 0.0)).collect()
     }
 
     /// What kicks and torque noise add to the rate at sample `k`.
