@@ -40,7 +40,7 @@ pub(super) struct Watch {
     /// Times of the last alarms, in a ring.
     alarms_s: [f64; ALARMS_MAX + 1],
     alarms: u64,
-    /// When a block of innovations was last too large; before time when never.
+    /// When a block of innovations was last too large.
     large_block_s: Option<f64>,
     block_sum: f64,
     block_count: u32,

@@ -10,12 +10,14 @@ static OF_B: LazyLock<Campaign> = LazyLock::new(|| Campaign::of(B, 200));
 static OF_C: LazyLock<Campaign> = LazyLock::new(|| Campaign::of(C, 200));
 static OF_D: LazyLock<Campaign> = LazyLock::new(|| Campaign::of(D, 200));
 static OF_E: LazyLock<Campaign> = LazyLock::new(|| Campaign::of(E, 200));
-/// B and C with a start rate drawn from what the filter believes of it.
+/// B and C with a start rate drawn from what the filter believes of it, and B with the little
+/// random torque that the filter believes in too.
 static OF_PUSHED_B: LazyLock<Campaign> = LazyLock::new(|| Campaign::of(pushed(B), 200));
 static OF_PUSHED_C: LazyLock<Campaign> = LazyLock::new(|| Campaign::of(pushed(C), 200));
 
 fn pushed(scenario: Scenario) -> Scenario {
-    Scenario { rate_sigma_deg_s: 0.01, ..scenario }
+    let acceleration_density_deg2_s3 = scenario.acceleration_density_deg2_s3.max(1e-9);
+    Scenario { rate_sigma_deg_s: 0.01, acceleration_density_deg2_s3, ..scenario }
 }
 
 /// RMS over the second half, as shares of the least any filter can have.
@@ -25,7 +27,7 @@ fn shares(campaign: &Campaign, scenario: Scenario) -> (f64, f64) {
 }
 
 /// Above 1 by Monte Carlo error (1/√400 = 5 %, one sigma) and the price of the innovation test, a
-/// few per cent; below, because the bound counts a start rate of 0.01 °/s that A, B and C lack.
+/// few per cent; below, because the bound counts a start rate of 0.01 °/s that A and B lack.
 const SHARE: std::ops::RangeInclusive<f64> = 0.8..=1.15;
 
 #[test]
@@ -65,8 +67,9 @@ fn kicks_and_outliers_cost_little() {
 
 /// What is claimed is what is made, at every epoch and in all five states at once.
 ///
-/// Five degrees of freedom with a start rate drawn from the prior; between four and five without,
-/// for then one of the five prior errors is always zero. Bounds are those of the mean over 200
+/// Five degrees of freedom with a start rate drawn from the prior and the torque noise that the
+/// filter believes in; between four and five without, for then one of the five prior errors is
+/// always zero. Bounds are those of the mean over 200
 /// runs at the level of 5 % for all seventy together: ±3.39 sigma with sigma = √(2n/200).
 #[test]
 fn the_whole_error_is_as_large_as_claimed() {
@@ -113,31 +116,4 @@ fn outliers_are_gated_and_not_taken_for_kicks() {
     let more = OF_E.alarms() - OF_B.alarms();
     // 480 outliers in a run; the published 0.35 alarms more, to 1/√200·0.6 = 0.04 at one sigma.
     assert!(more < 0.5, "{more} alarms more than without outliers");
-}
-
-#[test]
-fn zz_table() {
-    for (name, scenario, c) in [
-        ("A", A, &OF_A),
-        ("B", B, &OF_B),
-        ("C", C, &OF_C),
-        ("D", D, &OF_D),
-        ("E", E, &OF_E),
-        ("B'", pushed(B), &OF_PUSHED_B),
-        ("C'", pushed(C), &OF_PUSHED_C),
-    ] {
-        let b = bound(scenario);
-        println!(
-            "{name}: h2 {:.4} ({:.3}) end {:.4} rate {:.5} ({:.3}; {:.5}) alarms {:.3} worst {:.2} nees {:?}",
-            c.angle_deg(),
-            c.angle_deg() / b.0,
-            c.end_deg(),
-            c.rate_deg_s(),
-            c.rate_deg_s() / b.1,
-            b.1,
-            c.alarms(),
-            c.worst_sigmas(),
-            (0..EPOCHS).map(|k| (c.nees(k) * 100.0).round() / 100.0).collect::<Vec<_>>()
-        );
-    }
 }

@@ -28,9 +28,9 @@ fn coloured_noise_is_harmless_with_the_variance_of_a_record_at_rest() {
 fn samples_near_the_limit_of_a_clipped_gyro_are_left_out() {
     // The rate peaks at 4.7 deg/s.
     let (told, not_told) = both(Flaw::Clipped(3.5));
-    // Twice the error of a gyro that does not clip, for a third of the samples is missing: 1.13°
-    // published, to 1/√80 = 11 % at one sigma, and two alarms of three are after the gaps.
-    assert!(told.angle_deg() < 1.6, "{}°", told.angle_deg());
+    // 0.41° when nothing clips. To leave out what *measures* too much costs 3.1°.
+    assert!(told.angle_deg() < 0.8, "{}°", told.angle_deg());
+    assert!(told.alarms() < 0.42, "{} alarms a run", told.alarms());
     assert!(told.worst_sigmas() < 4.0, "{}", told.worst_sigmas());
     assert!(not_told.angle_deg() > 10.0, "{}°", not_told.angle_deg());
 }
@@ -46,21 +46,4 @@ fn a_scale_factor_is_in_the_claim_and_cannot_be_estimated_away() {
         "the claim alone differs"
     );
     assert!(not_told.worst_sigmas() > 6.0, "{}", not_told.worst_sigmas());
-}
-
-#[test]
-fn zz_gyro() {
-    for flaw in [Flaw::Coloured(0.8), Flaw::Clipped(3.5), Flaw::ScaleFactor(0.01)] {
-        let (a, b) = both(flaw);
-        for c in [a, b] {
-            println!(
-                "{flaw:?}: h2 {:.3} end {:.3} worst {:.2} alarms {:.2} nees {:.2}",
-                c.angle_deg(),
-                c.end_deg(),
-                c.worst_sigmas(),
-                c.alarms(),
-                c.nees(9)
-            );
-        }
-    }
 }

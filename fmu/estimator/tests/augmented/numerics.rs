@@ -287,3 +287,27 @@ fn a_period_wrong_by_a_factor_of_three_is_owned_up_to() {
         assert!(nominal_and_wrong < 2_400, "{factor}: {nominal_and_wrong} samples");
     }
 }
+
+#[test]
+fn irregular_spans_are_as_good_as_regular_ones() {
+    for run in 0..10 {
+        let mut rig = Rig::new(B, run);
+        let mut filter = B.filter(&rig);
+        let (mut last, mut error, mut sigma) = (0, 0.0, 0.0);
+        for k in 1..=48_000_u32 {
+            let truth = rig.sample(k);
+            // One, two or three steps, and a dropout of three seconds in each minute.
+            let due = k - last > k.wrapping_mul(0x9E37_79B9) >> 30 && k % 6000 > 300;
+            if due {
+                filter.step(f64::from(k - last) * STEP_S, truth.measured_rad_s).unwrap();
+                let belief = filter.belief();
+                error = belief.angle_rad - truth.angle_rad;
+                sigma = belief.covariance.angle_rad2.sqrt();
+                last = k;
+            }
+        }
+        assert!(error.abs() < 4.0 * sigma, "run {run}: {error} against {sigma}");
+        // Half of the samples: √2 of the 0.098° that all of them leave.
+        assert!(sigma < 0.2 * RAD_PER_DEG, "run {run}: {sigma}");
+    }
+}
