@@ -33,16 +33,17 @@ pub(crate) const fn config(refinement: Refinement) -> FilterConfig {
     }
 }
 
-/// Ten seconds of measured rates: the torsion from one turn, and noise of the gyro's size.
+/// Ten seconds of measured rates.
 pub(crate) fn measured_rates_rad_s() -> Vec<f64> {
+    (1..=1000).map(measured_rate_rad_s).collect()
+}
+
+/// A measured rate: the torsion from one turn, and noise of the gyro's size.
+pub(crate) fn measured_rate_rad_s(k: u32) -> f64 {
     let omega_rad_s = TAU / PERIOD_S;
-    (1..=1000_u32)
-        .map(|k| {
-            let noise = (f64::from(k) * 0.618_033_988_749_895).fract() - 0.5;
-            let phase = omega_rad_s * STEP_S * f64::from(k);
-            -TAU * omega_rad_s * phase.sin() + 0.15 * RAD_PER_DEG * noise
-        })
-        .collect()
+    let noise = (f64::from(k) * 0.618_033_988_749_895).fract() - 0.5;
+    let phase = omega_rad_s * STEP_S * f64::from(k);
+    -TAU * omega_rad_s * phase.sin() + 0.15 * RAD_PER_DEG * noise
 }
 
 pub(crate) fn rows() -> Result<Vec<Row>> {

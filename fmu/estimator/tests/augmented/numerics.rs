@@ -311,3 +311,21 @@ fn irregular_spans_are_as_good_as_regular_ones() {
         assert!(sigma < 0.2 * RAD_PER_DEG, "run {run}: {sigma}");
     }
 }
+
+#[test]
+fn the_first_measurement_of_an_unknown_rate_leaves_its_own_noise() {
+    // The rate is known 10¹⁰ times worse than it is measured, and K·H is 1 to the last bit: the
+    // short form P − K·H·P leaves zero or rounding.
+    let start = StartPrior {
+        rate_sigma_rad_s: 1e4,
+        bias_sigma_rad_s: 0.0,
+        ..StartPrior::released(TAU, PERIOD_S)
+    };
+    for r in [1e-12, 3e-12, 7e-12] {
+        let mut filter = AugmentedFilter::new(&AugmentedConfig::quiet(start, r)).unwrap();
+        filter.update(0.5).unwrap();
+        let left = filter.belief().covariance.rate_rad2_s2;
+        // R/P = 1e-20 of it, and a few roundings.
+        assert!((left / r - 1.0).abs() < 1e-12, "{left:e} left of {r:e}");
+    }
+}
