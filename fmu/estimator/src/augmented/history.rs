@@ -9,15 +9,16 @@ use alloc::vec;
 /// Samples kept. A window of 2048 goes back over 3072, and to the snapshot before that.
 const SAMPLES: usize = 4096;
 /// Samples from one snapshot to the next.
-const SNAPSHOT_EVERY: u64 = 10;
+const SNAPSHOT_EVERY: u64 = SNAPSHOT_SPACING as u64;
+const SNAPSHOT_SPACING: usize = 10;
 /// Snapshots kept: enough for the longest way back.
 const SNAPSHOTS: usize = 320;
 /// How far before the window a re-run starts at least, samples.
 const LEAD_MIN: u64 = 20;
 
 const _: () = assert!(SAMPLES.is_power_of_two());
-const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_EVERY as usize <= SAMPLES);
-const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_EVERY as usize <= SNAPSHOTS * 10);
+const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING <= SAMPLES);
+const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING <= SNAPSHOTS * SNAPSHOT_SPACING);
 
 /// One measurement, as it came.
 #[derive(Debug, Clone, Copy, PartialEq)]

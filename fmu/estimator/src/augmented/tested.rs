@@ -132,7 +132,7 @@ impl TestedFilter {
         let normalised = residual_rad_s / libm::sqrt(variance);
         let sample = Sample { span_s, rate_rad_s: Some(rate_rad_s), residual_rad_s };
         self.history.push(sample, normalised.clamp(-CLIP, CLIP), &state);
-        self.watch.used(span_s, (!gated).then(|| normalised * normalised));
+        self.watch.used(span_s, (!gated).then_some(normalised * normalised));
         let history = &self.history;
         if self.windows.any_beyond(history.reach(), |length| history.sum_over(length)) {
             self.raise_alarm();
