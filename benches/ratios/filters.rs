@@ -33,16 +33,17 @@ pub(crate) const fn config(refinement: Refinement) -> FilterConfig {
     }
 }
 
-/// Ten seconds of measured rates: the torsion from one turn, and noise of the gyro's size.
+/// Ten seconds of measured rates.
 pub(crate) fn measured_rates_rad_s() -> Vec<f64> {
+    (1..=1000).map(measured_rate_rad_s).collect()
+}
+
+/// A measured rate: the torsion from one turn, and noise of the gyro's size.
+pub(crate) fn measured_rate_rad_s(k: u32) -> f64 {
     let omega_rad_s = TAU / PERIOD_S;
-    (1..=1000_u32)
-        .map(|k| {
-            let noise = (f64::from(k) * 0.618_033_988_749_895).fract() - 0.5;
-            let phase = omega_rad_s * STEP_S * f64::from(k);
-            -TAU * omega_rad_s * phase.sin() + 0.15 * RAD_PER_DEG * noise
-        })
-        .collect()
+    let noise = (f64::from(k) * 0.618_033_988_749_895).fract() - 0.5;
+    let phase = omega_rad_s * STEP_S * f64::from(k);
+    -TAU * omega_rad_s * phase.sin() + 0.15 * RAD_PER_DEG * noise
 }
 
 pub(crate) fn rows() -> Result<Vec<Row>> {
@@ -90,10 +91,10 @@ pub(crate) fn run<M: Motion>(filter: &mut Filter<M>, rates_rad_s: &[f64]) -> Res
     Ok(())
 }
 
-type Peer = Kalman1MLinearNoInput<f64, 2, 1>;
+pub(crate) type Peer = Kalman1MLinearNoInput<f64, 2, 1>;
 
 /// kfilter with the same transition, process noise, measurement and start.
-fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
+pub(crate) fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
     let t = TorsionalOscillation::with_period(PERIOD_S)?.transition(STEP_S);
     let q = config.process_noise_rad2_s3;
     let mut peer = Peer::new(
@@ -109,7 +110,7 @@ fn kfilter_of(config: &FilterConfig) -> Result<Peer> {
 }
 
 #[inline(never)]
-fn run_kfilter(peer: &mut Peer, rates_rad_s: &[f64]) -> Result<()> {
+pub(crate) fn run_kfilter(peer: &mut Peer, rates_rad_s: &[f64]) -> Result<()> {
     let refused = |reason| anyhow!("kfilter refuses a call: {reason:?}");
     for &rate_rad_s in rates_rad_s {
         let (peer, rate_rad_s) = black_box((&mut *peer, rate_rad_s));

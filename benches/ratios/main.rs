@@ -11,6 +11,7 @@
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
 mod allan;
+mod augmented;
 mod batch;
 mod chain;
 mod decoder;
@@ -28,8 +29,9 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 10] = [
+const PARTS: [Part; 11] = [
     ("filters", filters::rows),
+    ("augmented", augmented::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
     ("batch", batch::rows),

@@ -1,11 +1,11 @@
 //! `struna emulate`.
 
 use super::Outcome;
-use crate::{backend, faults};
 use crate::cli::Emulate;
 use crate::emulate::{Device, Emission, Emulation, Entry, Status, Summary, Watcher};
 use crate::output::{create_folder, write_whole};
 use crate::scenario::Scenario;
+use crate::{backend, faults};
 use anyhow::{Context, Result, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};

@@ -57,7 +57,7 @@ pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), ConfigError
     judge(name, value, value > 0.0, "greater than 0")
 }
 
-fn not_negative(name: &'static str, value: f64) -> Result<(), ConfigError> {
+pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<(), ConfigError> {
     judge(name, value, value >= 0.0, "not negative")
 }
 
@@ -65,6 +65,11 @@ fn any(name: &'static str, value: f64) -> Result<(), ConfigError> {
     judge(name, value, true, "a number")
 }
 
-fn judge(name: &'static str, value: f64, ok: bool, bound: &'static str) -> Result<(), ConfigError> {
+pub(crate) fn judge(
+    name: &'static str,
+    value: f64,
+    ok: bool,
+    bound: &'static str,
+) -> Result<(), ConfigError> {
     if ok && value.is_finite() { Ok(()) } else { Err(ConfigError { name, value, bound }) }
 }

@@ -1,14 +1,24 @@
 //! Estimators of the twist angle and its rate from one gyro axis.
 //!
-//! Three of them, in the order in which the 2008 experiment used them: [`PlainIntegration`] of the
-//! measured rate, and two Kalman filters that share one algorithm ([`Filter`]) and differ in the
-//! motion they assume: [`PermanentRotation`] (constant rate) and [`TorsionalOscillation`]
-//! (undamped torsion of known period). All meet the contract of [`RateEstimator`].
+//! Three of them are those of the 2008 experiment, in the order in which it used them:
+//! [`PlainIntegration`] of the measured rate, and two Kalman filters that share one algorithm
+//! ([`Filter`]) and differ in the motion they assume: [`PermanentRotation`] (constant rate) and
+//! [`TorsionalOscillation`] (undamped torsion of known period). The fourth learns period, damping
+//! and bias while it watches ([`AugmentedFilter`]), and with a test of its own innovations it also
+//! survives kicks and outliers ([`TestedFilter`]). All meet the contract of [`RateEstimator`].
 //!
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
-//! here. Nothing on the predict and update path allocates or panics.
+//! here. Nothing on the predict and update path allocates or panics. No standard library, so that
+//! the filters run on a microcontroller: only [`TestedFilter`] needs an allocator, when it is made.
 
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod augmented;
 mod checks;
 mod config;
 mod covariance;
@@ -16,14 +26,20 @@ mod filter;
 mod integration;
 mod motion;
 mod refinement;
+mod rest;
 mod state_bytes;
 
+pub use augmented::{
+    AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters, StartPrior,
+    Status, TestedFilter,
+};
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
 pub use filter::Filter;
 pub use integration::PlainIntegration;
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
+pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
 pub use state_bytes::RestoreError;
 
 /// What an estimator believes: the mean and covariance of (angle, rate).
@@ -84,8 +100,8 @@ pub enum EstimatorError {
 /// A recursive estimator of (angle, rate) from measurements of the rate.
 ///
 /// The contract, tested for every implementation: predicting over zero seconds changes nothing; a
-/// refused call changes nothing; an update of a filter, insertions of a refined covariance aside,
-/// never grows a variance; restored bytes continue bit for bit as the saved estimator would have.
+/// refused call changes nothing; an update of a filter, insertions of a refined covariance and
+/// roll-backs aside, never grows a variance; restored bytes continue bit for bit as the saved estimator would have.
 pub trait RateEstimator {
     /// Time update: carries the belief `span_s` seconds forward.
     ///

@@ -45,9 +45,11 @@ impl TorsionalOscillation {
     /// [`ConfigError`] when the period is not finite and positive.
     pub fn with_period(period_s: f64) -> Result<Self, ConfigError> {
         positive("period_s", period_s)?;
-        let omega_rad_s = std::f64::consts::TAU / period_s;
+        let omega_rad_s = core::f64::consts::TAU / period_s;
         // A period so short or long that Ω² leaves the floating-point range is no motion either.
-        if omega_rad_s * omega_rad_s * omega_rad_s == 0.0 || !(omega_rad_s.powi(3)).is_finite() {
+        if omega_rad_s * omega_rad_s * omega_rad_s == 0.0
+            || !(omega_rad_s * omega_rad_s * omega_rad_s).is_finite()
+        {
             let bound = "between 1e-100 and 1e100 s";
             return Err(ConfigError { name: "period_s", value: period_s, bound });
         }
@@ -84,7 +86,7 @@ impl Motion for TorsionalOscillation {
     #[inline]
     fn transition(&self, span_s: f64) -> Transition {
         let omega = self.omega_rad_s;
-        let (sin, cos) = (omega * span_s).sin_cos();
+        let (sin, cos) = libm::sincos(omega * span_s);
         Transition {
             f11: cos,
             f12: sin / omega,
@@ -92,7 +94,7 @@ impl Motion for TorsionalOscillation {
             f22: cos,
             q11: twice_angle_deficit(omega, span_s) / (2.0 * omega * omega),
             q12: sin * sin / (2.0 * omega * omega),
-            q22: (span_s + (2.0 * omega * span_s).sin() / (2.0 * omega)) / 2.0,
+            q22: (span_s + libm::sin(2.0 * omega * span_s) / (2.0 * omega)) / 2.0,
         }
     }
 }
@@ -102,7 +104,7 @@ impl Motion for TorsionalOscillation {
 fn twice_angle_deficit(omega_rad_s: f64, h_s: f64) -> f64 {
     let u = 2.0 * omega_rad_s * h_s;
     if u.abs() > 0.5 {
-        return h_s - u.sin() / (2.0 * omega_rad_s);
+        return h_s - libm::sin(u) / (2.0 * omega_rad_s);
     }
     // u − sin u = u³/3!·(1 − u²/(4·5)·(1 − u²/(6·7)·(…))); ten factors reach 1e-17 at u = 0.5.
     let mut series = 1.0;

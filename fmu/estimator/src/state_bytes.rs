@@ -18,6 +18,9 @@ pub enum RestoreError {
         /** Which number. */
         name: &'static str,
     },
+    /// Counters that no running estimator can hold.
+    #[error("saved state holds counters that contradict each other")]
+    Impossible,
 }
 
 /// Writes numbers one after another.
@@ -38,8 +41,12 @@ impl<'a> Writer<'a> {
         self.put(value.to_le_bytes());
     }
 
+    pub(crate) fn u64(&mut self, value: u64) {
+        self.put(value.to_le_bytes());
+    }
+
     fn put<const N: usize>(&mut self, bytes: [u8; N]) {
-        let (head, tail) = std::mem::take(&mut self.rest).split_at_mut(N);
+        let (head, tail) = core::mem::take(&mut self.rest).split_at_mut(N);
         head.copy_from_slice(&bytes);
         self.rest = tail;
     }
@@ -66,6 +73,10 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn u32(&mut self) -> u32 {
         u32::from_le_bytes(self.take())
+    }
+
+    pub(crate) fn u64(&mut self) -> u64 {
+        u64::from_le_bytes(self.take())
     }
 
     fn take<const N: usize>(&mut self) -> [u8; N] {

@@ -7,8 +7,9 @@ use struna_kernel::{Channel, RandomStream, Seed};
 const CELL_S_MAX: f64 = 0.05;
 const CELLS_PER_TIME: f64 = 20.0;
 
-/// Correlation times that make flicker noise, s.
-pub(crate) const FLICKER_TIMES_S: [f64; 5] = [1.0, 10.0, 100.0, 1e3, 1e4];
+/// Correlation times that make flicker noise, s: flat from some 0.2 s on, below which white noise
+/// hides it in any gyro worth the name.
+pub(crate) const FLICKER_TIMES_S: [f64; 6] = [0.1, 1.0, 10.0, 100.0, 1e3, 1e4];
 /// Variance of each of them over B². Processes of equal variance σ², spaced by the ratio r in
 /// correlation time, have the spectral density σ²/(2f·ln r) between their corners; flicker noise
 /// has B²/(2πf).
@@ -19,7 +20,8 @@ pub(crate) const SINGLE_SHARE: f64 = 1.157_770_8;
 
 /// Slow changes of the bias, computed on a grid of cells and linear within each.
 ///
-/// Cells last 0.05 s, a twentieth of the shortest time constant or one sample, whichever is
+/// Cells last 0.05 s, a twentieth of the shortest time constant (that of flicker aside, whose
+/// fastest process has its cells at half its time) or one sample, whichever is
 /// shorter for the first two and longer for the last. At the ends of cells the values are exact,
 /// in distribution or in fact; within, a straight line errs by at most (1/20)²/8 = 3·10⁻⁴ of a
 /// decaying exponential, and Allan variances are those of the exact processes from some cells on.

@@ -152,7 +152,7 @@ pub struct DriftParams {
     /// Bias instability B, rad/s: the Allan deviation's floor is 0.664·B. Non-negative.
     pub bias_instability_rad_s: f64,
     /// Correlation time of a single Gauss-Markov process whose Allan deviation peaks at that
-    /// floor, s; 0: flicker noise, a sum of such processes over the decades from 1 s to 10⁴ s.
+    /// floor, s; 0: flicker noise, a sum of such processes over the decades from 0.1 s to 10⁴ s.
     pub correlation_time_s: f64,
     /// Rate random walk coefficient K, rad/s/√s. Non-negative.
     pub rate_random_walk_rad_s_sqrt_s: f64,

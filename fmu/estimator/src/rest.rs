@@ -1,0 +1,142 @@
+//! What a record of the resting body tells about the gyro.
+
+/// Why a record gives no measurement variance.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RestError {
+    /// Too short for correlations to be told from chance.
+    #[error("a record of {got} samples is too short, {need} are needed")]
+    Short {
+        /** Samples given. */
+        got: usize,
+        /** Samples needed. */
+        need: usize,
+    },
+    /// A sample is not finite, or so large that its square is not.
+    #[error("sample {index} of the record cannot be squared")]
+    NotFinite {
+        /** Its place in the record. */
+        index: usize,
+    },
+    /// All samples are equal: the gyro is dead, or its quantiser hides all noise.
+    #[error("all samples of the record are equal")]
+    Constant,
+}
+
+/// Samples that a record has at least.
+const RECORD_MIN: usize = 500;
+/// Share of the record over which correlations are summed at most: further ones average too few
+/// products.
+const LAGS_SHARE: usize = 20;
+/// On top of what the record shows: its own statistical error, and a room noisier than this one.
+const MARGIN: f64 = 1.2;
+
+/// The measurement variance R to give a filter, from rates measured on the resting body, rad²/s².
+///
+/// R = variance·(1 + 2·Σρₖ)·1.2. The bracket makes it the spectral density at zero frequency times
+/// the sample rate, which is what coloured noise does to a filter that believes in white noise and
+/// averages over many samples. Correlations ρₖ are summed up to the first that chance could
+/// explain, |ρₖ| < 2/√n; their sum never makes R smaller than the variance.
+///
+/// Give it what the filter will be given: the shipped averaging, quantiser included.
+///
+/// # Errors
+/// [`RestError`] when the record is shorter than 500 samples, holds a number that cannot be
+/// squared, or is constant.
+pub fn measurement_variance_from_rest(rates_rad_s: &[f64]) -> Result<f64, RestError> {
+    let n = rates_rad_s.len();
+    if n < RECORD_MIN {
+        return Err(RestError::Short { got: n, need: RECORD_MIN });
+    }
+    let summable = |rate: &f64| (rate * rate * n as f64).is_finite();
+    if let Some(index) = rates_rad_s.iter().position(|rate| !summable(rate)) {
+        return Err(RestError::NotFinite { index });
+    }
+    let mean = rates_rad_s.iter().sum::<f64>() / n as f64;
+    let covariance = |lag: usize| {
+        let pairs = rates_rad_s.iter().zip(&rates_rad_s[lag..]);
+        pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / n as f64
+    };
+    let variance = covariance(0);
+    if variance <= 0.0 {
+        return Err(RestError::Constant);
+    }
+    let chance = 2.0 / libm::sqrt(n as f64);
+    let correlations = (1..=n / LAGS_SHARE).map(|lag| covariance(lag) / variance);
+    let sum: f64 = correlations.take_while(|rho| rho.abs() >= chance).sum();
+    Ok(variance * (1.0 + 2.0 * sum).max(1.0) * MARGIN)
+}
+
+/// What to multiply R by for the gyro's quantiser: 10 when its raw noise is below half a step, and
+/// 1 otherwise.
+///
+/// Noise that small does not dither the steps away: what is left is a bias that changes with the
+/// rate, up to LSB/π·exp(−2π²σ²/LSB²), and no filter of ours has a state for that.
+#[must_use]
+pub fn quantiser_variance_factor(raw_sigma_rad_s: f64, step_rad_s: f64) -> f64 {
+    if raw_sigma_rad_s < 0.5 * step_rad_s { 10.0 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use std::vec::Vec;
+
+    /// z = e + a·e(previous), with unit white e.
+    fn record(n: usize, a: f64) -> Vec<f64> {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut before = 0.0;
+        (0..n)
+            .map(|_| {
+                let e: f64 = StandardNormal.sample(&mut rng);
+                core::mem::replace(&mut before, e) * a + e
+            })
+            .collect()
+    }
+
+    #[test]
+    fn white_noise_has_its_variance_and_the_margin() {
+        let r = measurement_variance_from_rest(&record(40_000, 0.0)).unwrap();
+        // Variance to √(2/n) = 0.7 %; the first correlation is chance in 19 of 20 records, and
+        // adds 2 % when it is not. Three sigma of the first.
+        assert!((r / 1.2 - 1.0).abs() < 0.021, "{r}");
+    }
+
+    #[test]
+    fn coloured_noise_has_the_density_at_zero_frequency() {
+        for a in [0.3, 0.8] {
+            let r = measurement_variance_from_rest(&record(40_000, a)).unwrap();
+            // (1 + a)² exactly. One correlation counts, to about 1/√n·2·(1 + a²) = 1.6 % of it;
+            // a second that is chance would add another 2/√n·2 = 2 %.
+            assert!((r / (1.2 * (1.0 + a) * (1.0 + a)) - 1.0).abs() < 0.04, "{a}: {r}");
+        }
+    }
+
+    #[test]
+    fn noise_that_alternates_does_not_make_the_filter_bold() {
+        let r = measurement_variance_from_rest(&record(40_000, -0.9)).unwrap();
+        // Its density at zero frequency is 0.01; a filter that trusts that fails with any drift.
+        assert!((r / (1.2 * 1.81) - 1.0).abs() < 0.03, "{r}");
+    }
+
+    #[test]
+    fn a_record_that_tells_nothing_is_refused() {
+        let short = measurement_variance_from_rest(&record(499, 0.0));
+        assert_eq!(short, Err(RestError::Short { got: 499, need: 500 }));
+        assert_eq!(measurement_variance_from_rest(&[0.25; 600]), Err(RestError::Constant));
+        for bad in [f64::NAN, f64::INFINITY, 1e200] {
+            let mut rates = record(600, 0.0);
+            rates[17] = bad;
+            let refused = measurement_variance_from_rest(&rates);
+            assert_eq!(refused, Err(RestError::NotFinite { index: 17 }), "{bad}");
+        }
+    }
+
+    #[test]
+    fn an_under_dithered_quantiser_costs_a_factor_of_ten() {
+        assert_eq!(quantiser_variance_factor(0.08, 0.2439).to_bits(), 10.0_f64.to_bits());
+        assert_eq!(quantiser_variance_factor(0.28, 0.2439).to_bits(), 1.0_f64.to_bits());
+    }
+}

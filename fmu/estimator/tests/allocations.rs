@@ -1,0 +1,50 @@
+//! Once it is made, the filter with innovation test allocates nothing: not in a step, not in an
+//! alarm with its roll-back, not when it is saved.
+
+#![expect(unsafe_code, reason = "counting allocations takes an allocator of its own")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicU64, Ordering};
+use struna_estimator::{AugmentedConfig, InnovationTest, RateEstimator, StartPrior, TestedFilter};
+
+/// The system's allocator, counting.
+struct Counting;
+
+static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+
+// SAFETY: every call goes to the system's allocator unchanged; counting touches no memory of it.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: `memory` is asked for as the caller asks, who keeps to alloc's contract.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: `memory` came from the system's allocator with this layout.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn no_step_and_no_roll_back_allocates() {
+    let start = StartPrior::released(6.0, 480.0);
+    let config = AugmentedConfig::quiet(start, 6e-7);
+    let mut filter = TestedFilter::new(&config, &InnovationTest::STANDARD).expect("a filter");
+    let mut bytes = vec![0; filter.saved_len()];
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    for k in 1..=20_000_u32 {
+        let time_s = f64::from(k) * 0.01;
+        // A blow of 0.05 rad/s after 100 s.
+        let blow_rad_s = if k > 10_000 { 0.05 } else { 0.0 };
+        let rate_rad_s = -0.0785 * (0.01309 * time_s).sin() + blow_rad_s;
+        filter.step(0.01, rate_rad_s).expect("a step");
+    }
+    filter.save(&mut bytes);
+    let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    assert!(filter.alarms() > 0, "the blow raised an alarm");
+    assert_eq!(allocated, 0, "{allocated} allocations");
+}
