@@ -73,8 +73,9 @@ impl Sampled {
     fn burst(&mut self) -> Burst<'_> {
         Box::new(|| {
             time_per_unit(SAMPLES_PER_BURST as usize, || {
-                // By reference: a number read back in other pieces than it was just written in waits
-                // until it is stored, and handing input and reading on by value is such copying.
+                // By reference: a number read back in other pieces than it was just written in
+                // waits until it is stored, and handing input and reading on by value is such
+                // copying.
                 for _ in 0..SAMPLES_PER_BURST {
                     black_box(&self.gyro.sample(*black_box(&self.input)));
                 }

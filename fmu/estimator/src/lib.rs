@@ -101,7 +101,8 @@ pub enum EstimatorError {
 ///
 /// The contract, tested for every implementation: predicting over zero seconds changes nothing; a
 /// refused call changes nothing; an update of a filter, insertions of a refined covariance and
-/// roll-backs aside, never grows a variance; restored bytes continue bit for bit as the saved estimator would have.
+/// roll-backs aside, never grows a variance; restored bytes continue bit for bit as the saved
+/// estimator would have.
 pub trait RateEstimator {
     /// Time update: carries the belief `span_s` seconds forward.
     ///

@@ -161,10 +161,19 @@ mod tests {
             let off = short_of_tangent(x) - expected;
             assert!(off.abs() <= 2.5 * f64::EPSILON * x.abs(), "{x}: off by {off}");
         }
+        // The last coefficient is 1.6e-16; at one, two roundings are half of an epsilon.
+        assert!((short_of_tangent(1.0) - SINE_NONLINEARITY).abs() <= 0.5 * f64::EPSILON);
         // Where the difference has no digits left, the first term alone.
         let x: f64 = 1e-6;
         let first = FRAC_PI_2 * FRAC_PI_2 / 6.0 * x.powi(3);
         assert!((short_of_tangent(x) / first - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_smallest_range_bends_no_rate_into_none() {
+        let linearity = Linearity { law: Law::Cubic, nonlinearity: 0.1 };
+        let smallest = Bend::new(linearity, f64::MIN_POSITIVE / 16.0);
+        assert!(smallest.apply(0.0) == 0.0);
     }
 
     #[test]

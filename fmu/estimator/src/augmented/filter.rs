@@ -16,8 +16,8 @@ const D_SPAN: (f64, f64) = (0.5, 20.0);
 /// bias.
 ///
 /// It learns period, damping and bias while it watches. It takes the model for granted: a body
-/// that is struck or a measurement that lies spoils it for good. [`TestedFilter`](crate::TestedFilter)
-/// is the one for a real rig.
+/// that is struck or a measurement that lies spoils it for good. For a real rig there is
+/// [`TestedFilter`](crate::TestedFilter).
 #[derive(Debug, Clone)]
 pub struct AugmentedFilter {
     pub(super) model: Model,
