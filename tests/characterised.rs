@@ -4,7 +4,8 @@
 //! real gyro's record would be. Caught on the way: a decoder that hands another channel's value
 //! out as a rate, and noise that the gyro's own band takes away.
 
-#![expect(clippy::unwrap_used, reason = "a test may fail by panicking")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
+#![expect(clippy::print_stdout, reason = "figures for whoever runs it with --nocapture")]
 
 use struna::frames::frame_named_or_file;
 use struna_gyro::characterise::{Options, RateRecord, Term, Verdict, characterise};

@@ -21,7 +21,7 @@ fn tested(config: &AugmentedConfig) -> TestedFilter {
 /// Smallest eigenvalue of the correlations, and whether all variances are positive.
 fn least_eigenvalue(covariance: [[f64; 5]; 5]) -> f64 {
     let sigma: [f64; 5] = std::array::from_fn(|i| covariance[i][i].sqrt());
-    if sigma.iter().any(|sigma| !(*sigma > 0.0)) {
+    if sigma.iter().any(|sigma| sigma.is_nan() || *sigma <= 0.0) {
         return f64::NEG_INFINITY;
     }
     SMatrix::<f64, 5, 5>::from_fn(|i, j| covariance[i][j] / (sigma[i] * sigma[j]))

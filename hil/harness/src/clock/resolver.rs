@@ -59,7 +59,7 @@ struct Last {
 ///
 /// A counter tells losses shorter than its modulus; longer ones are told by the time for which the
 /// line was silent, to the nearest whole turn of the counter. Frames without a counter are numbered
-/// by time: at once after a silence, and after [`LATE_FRAMES`] frames that were all late by a
+/// by time: at once after a silence, and after `LATE_FRAMES` frames that were all late by a
 /// period or more otherwise.
 #[derive(Debug, Clone)]
 pub struct Resolver {
