@@ -6,7 +6,7 @@ use crate::timing::{best_in_turns, time_per_unit};
 use anyhow::{Result, ensure};
 use std::hint::black_box;
 use struna::frames::SHIPPED;
-use struna_wire::{Decoder, Encoder, FrameSpec};
+use struna_wire::{Decoder, Encoder, FrameSpec, Kind};
 
 const FRAMES: u32 = 20_000;
 /// Bytes per push: what one read of a serial line returns at most.
@@ -76,7 +76,8 @@ fn clean_stream(spec: &FrameSpec) -> Result<Vec<u8>> {
     let mut encoder = Encoder::new(spec);
     let rate = spec.field_index("rate").expect("every shipped frame has a rate");
     let mut raw = vec![0; spec.fields().len()];
-    let mut bytes = b"\n".to_vec();
+    // A line begins behind the end of another; before anything else that would be noise.
+    let mut bytes = if spec.kind() == Kind::Ascii { b"\n".to_vec() } else { Vec::new() };
     for k in 0..FRAMES {
         raw[rate] = spec.fields()[rate].from_si((f64::from(k) * 1e-3).sin());
         encoder.encode(&raw, &mut bytes)?;
