@@ -155,8 +155,10 @@ impl HilReport {
         if let Some(rate) = &self.frame_error_rate {
             writeln!(
                 f,
-                "errors  {:.2e} of the frames; 95 % interval {:.2e} to {:.2e}",
-                rate.rate, rate.low, rate.high
+                "errors  {} of the frames; 95 % interval {} to {}",
+                share(rate.rate),
+                share(rate.low),
+                share(rate.high)
             )?;
         }
         writeln!(
@@ -202,4 +204,8 @@ impl HilReport {
 /// A claimed deviation; an estimator that claims none has a dash.
 fn claimed(sigma: f64, digits: usize) -> String {
     if sigma.is_nan() { "-".to_owned() } else { format!("{sigma:.digits$}") }
+}
+/// A share as a person writes it: powers of ten are no way to say none.
+fn share(share: f64) -> String {
+    if share > 0.0 { format!("{share:.2e}") } else { "0".to_owned() }
 }
