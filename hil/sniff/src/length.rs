@@ -1,6 +1,7 @@
 //! The length of the frame: the period at which bytes resemble themselves and columns save bits.
 
 use crate::align::Template;
+use crate::frames::Frames;
 
 /// Lengths tried. A frame shorter than three bytes has no room for anything but a number.
 pub(crate) const LEN_MIN: usize = 3;
@@ -73,7 +74,12 @@ pub(crate) fn candidates(bytes: &[u8]) -> Vec<Framing> {
     }
     let (mut near, mut far): (Vec<_>, Vec<_>) =
         framed.into_iter().partition(|framing| framing.saved >= NEAR_BEST * best);
-    near.sort_by_key(|framing| framing.len);
+    // A ramp within the frame repeats at any distance, but only the frame has a sync word.
+    let without_sync = |framing: &Framing| {
+        let rows = Frames::new(bytes, framing.len, framing.starts.clone(), 8, false);
+        !rows.constant(None).contains(&true)
+    };
+    near.sort_by_cached_key(|framing| (without_sync(framing), framing.len));
     far.sort_by(|a, b| b.saved.total_cmp(&a.saved));
     near.into_iter().chain(far).collect()
 }
