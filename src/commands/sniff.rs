@@ -168,11 +168,11 @@ fn rate_hz(first: &Proposal, capture: &Capture) -> Option<f64> {
 }
 
 fn print_report(report: &Report) {
-    println!("{} bytes looked at.", report.bytes);
+    println!("{} bytes looked at; the first byte of a frame is byte 0.", report.bytes);
     for (k, proposal) in report.proposals.iter().enumerate() {
         println!("\nProposal {}, score {:.2}", k + 1, proposal.score);
         for [what, found, why] in proposal.table() {
-            println!("  {what:<8} {found:<46} {why}");
+            println!("  {what:<8} {found:<47} {why}");
         }
     }
     println!("\n{}", verdict(report.verdict));

@@ -159,13 +159,24 @@ impl Kernel {
     }
 
     /// The register after one more byte.
-    #[inline]
     pub(crate) fn feed(&self, register: u32, byte: u8) -> u32 {
         if self.reflected {
-            (register >> 8) ^ self.table[((register ^ u32::from(byte)) & 0xFF) as usize]
+            self.feed_right(register, byte.into())
         } else {
-            (register << 8) ^ self.table[((register >> 24) ^ u32::from(byte)) as usize & 0xFF]
+            self.feed_left(register, byte.into())
         }
+    }
+
+    /// [`Self::feed`] when reflected.
+    #[inline]
+    pub(crate) fn feed_right(&self, register: u32, byte: u32) -> u32 {
+        (register >> 8) ^ self.table[((register ^ byte) & 0xFF) as usize]
+    }
+
+    /// [`Self::feed`] when not.
+    #[inline]
+    pub(crate) fn feed_left(&self, register: u32, byte: u32) -> u32 {
+        (register << 8) ^ self.table[((register >> 24) ^ byte) as usize & 0xFF]
     }
 
     /// The CRC that a register stands for, before the final XOR.

@@ -56,23 +56,6 @@ impl Rule {
         }
     }
 
-    #[inline]
-    fn feed(self, state: u32, byte: u8) -> u32 {
-        match self {
-            Self::Sum => (state + u32::from(byte)) & 0xFF,
-            Self::NegSum => state.wrapping_sub(byte.into()) & 0xFF,
-            Self::Xor => state ^ u32::from(byte),
-            Self::Crc(kernel) => kernel.feed(state, byte),
-        }
-    }
-
-    fn value(self, state: u32) -> u32 {
-        match self {
-            Self::Crc(kernel) => kernel.value(state),
-            _ => state,
-        }
-    }
-
     fn is_sum(self) -> bool {
         matches!(self, Self::Sum | Self::NegSum)
     }
@@ -202,26 +185,26 @@ fn sieve(
     seven_bits: bool,
 ) -> Vec<(Slot, Vec<usize>)> {
     let len = active.len();
-    let passed = agreeing(rule, few.of_rule(rule), len, seven_bits, None);
-    let mut slots: Vec<Slot> = passed.iter().map(|(s, n, be, _)| ((s + n) % len, *be)).collect();
+    let passed = agreeing(rule, few.of_rule(rule), len, seven_bits, (0..len).collect());
+    let mut slots: Vec<Slot> = passed.iter().map(|range| range.slot(len)).collect();
     slots.sort_unstable();
     slots.dedup();
     let mut kept = Vec::new();
     for slot in slots {
-        let of_slot: Vec<(usize, usize, bool)> = passed
-            .iter()
-            .filter(|(s, n, be, _)| ((s + n) % len, *be) == slot)
-            .filter(|(s, n, ..)| (*s..s + n).filter(|c| active[c % len]).count() >= 2)
-            .map(|(s, n, be, _)| (*s, *n, *be))
-            .collect();
-        if of_slot.is_empty() || !lively(many, slot.0, rule.bytes()) {
+        let is_active = |range: &&Range| {
+            let covered = range.start..range.start + range.count;
+            covered.filter(|column| active[column % len]).count() >= 2
+        };
+        let of_slot = passed.iter().filter(|range| range.slot(len) == slot).filter(is_active);
+        let starts: Vec<usize> = of_slot.map(|range| range.start).collect();
+        if starts.is_empty() || !lively(many, slot.0, rule.bytes()) {
             continue;
         }
-        let counted = agreeing(rule, many.of_rule(rule), len, seven_bits, Some(&of_slot));
-        let best = counted.iter().map(|(.., share)| *share).fold(0.0, f64::max);
-        let near = |share: &f64| *share >= best - EQUAL_SHARE;
-        let starts = counted.iter().filter(|(.., share)| near(share)).map(|(s, ..)| *s);
-        kept.push((slot, starts.collect()));
+        let mut counted = agreeing(rule, many.of_rule(rule), len, seven_bits, starts);
+        counted.retain(|range| range.slot(len) == slot);
+        let best = counted.iter().map(|range| range.share).fold(0.0, f64::max);
+        counted.retain(|range| range.share >= best - EQUAL_SHARE);
+        kept.push((slot, counted.into_iter().map(|range| range.start).collect()));
     }
     kept
 }
@@ -247,57 +230,141 @@ fn lively(many: &Differences, at: usize, width: usize) -> bool {
     4 * moved >= many.xor.len() && values.len() > VALUES_MIN
 }
 
-/// Ranges (start, count, big endian, share) that agree in enough pairs; `only` those given.
+/// How often ranges agree with the check behind them, by start and number of bytes.
+struct Tally {
+    len: usize,
+    width: usize,
+    mask: u32,
+    /// Pairs that tell anything, and those that agree in either order of the check's bytes.
+    told: Vec<u32>,
+    big: Vec<u32>,
+    little: Vec<u32>,
+}
+
+impl Tally {
+    fn new(len: usize, width: usize, seven_bits: bool) -> Self {
+        let zeros = || vec![0; len * len];
+        let mask = if seven_bits { 0x7F } else { u32::MAX };
+        Self { len, width, mask, told: zeros(), big: zeros(), little: zeros() }
+    }
+
+    fn count(&mut self, rule: Rule, difference: &[u8], starts: &[usize]) {
+        match rule {
+            Rule::Sum => self.run(difference, starts, |sum, byte| (sum + byte) & 0xFF, |sum| sum),
+            Rule::NegSum => {
+                self.run(difference, starts, |sum, byte| sum.wrapping_sub(byte) & 0xFF, |sum| sum);
+            }
+            Rule::Xor => self.run(difference, starts, |sum, byte| sum ^ byte, |sum| sum),
+            Rule::Crc(kernel) if kernel.reflected => {
+                self.run(difference, starts, |r, byte| kernel.feed_right(r, byte), |r| r);
+            }
+            Rule::Crc(kernel) => {
+                let top = |r| kernel.value(r);
+                self.run(difference, starts, |r, byte| kernel.feed_left(r, byte), top);
+            }
+        }
+    }
+
+    /// One register runs through each start's longest range and is compared behind every byte.
+    fn run(
+        &mut self,
+        difference: &[u8],
+        starts: &[usize],
+        feed: impl Fn(u32, u32) -> u32,
+        value: impl Fn(u32) -> u32,
+    ) {
+        let (len, width) = (self.len, self.width);
+        let stored = |big_endian: bool| -> Vec<u32> {
+            let number = |digits| u32::try_from(read(digits, big_endian, 8)).unwrap_or(0);
+            difference.windows(width).map(|digits| number(digits) & self.mask).collect()
+        };
+        let (big, little) = (stored(true), stored(false));
+        for &start in starts {
+            let row = start * len + 1..(start + 1) * len;
+            let told = &mut self.told[row.clone()];
+            let tallies = told.iter_mut().zip(&mut self.big[row.clone()]);
+            let tallies = tallies.zip(&mut self.little[row]);
+            let stored = big[start + 1..].iter().zip(&little[start + 1..]);
+            let covered = &difference[start..start + len - width];
+            let mut state = 0;
+            for ((byte, stored), tallies) in covered.iter().zip(stored).zip(tallies) {
+                state = feed(state, u32::from(*byte));
+                let value = value(state) & self.mask;
+                // Two frames with equal checks tell nothing unless the range contradicts them.
+                let tells = value | stored.0 != 0;
+                *tallies.0.0 += u32::from(tells);
+                *tallies.0.1 += u32::from(tells && value == *stored.0);
+                *tallies.1 += u32::from(tells && value == *stored.1);
+            }
+        }
+    }
+
+    /// Whether a range from `start` may yet agree in [`AGREE`] of all pairs.
+    fn promises(&self, start: usize) -> bool {
+        let row = start * self.len..(start + 1) * self.len;
+        let hits = self.big[row.clone()].iter().zip(&self.little[row.clone()]);
+        self.told[row].iter().zip(hits).any(|(told, (big, little))| {
+            let hits = *big.max(little);
+            hits >= 2 || (hits == 1 && *told < 6)
+        })
+    }
+
+    /// Ranges that agree in enough of the pairs.
+    fn agreeing(&self, starts: &[usize], pairs: usize) -> Vec<Range> {
+        let enough = u32::try_from(pairs / 5).unwrap_or(u32::MAX).max(4);
+        let orders: &[bool] = if self.width == 1 { &[true] } else { &[true, false] };
+        let mut found = Vec::new();
+        for &start in starts {
+            for count in 1..=self.len - self.width {
+                let cell = start * self.len + count;
+                let told = self.told[cell];
+                for &big_endian in orders.iter().filter(|_| told >= enough) {
+                    let hits = if big_endian { self.big[cell] } else { self.little[cell] };
+                    let share = f64::from(hits) / f64::from(told);
+                    if share >= AGREE {
+                        found.push(Range { start, count, big_endian, share });
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+/// A range that ends at a check, and the share of pairs in which the two agree.
+struct Range {
+    start: usize,
+    count: usize,
+    big_endian: bool,
+    share: f64,
+}
+
+impl Range {
+    fn slot(&self, len: usize) -> Slot {
+        ((self.start + self.count) % len, self.big_endian)
+    }
+}
+
+/// Ranges from `starts` that agree with `rule`. Most rules and starts are done with after a third
+/// of the pairs, taken from all over the capture.
 fn agreeing(
     rule: Rule,
     differences: &[Vec<u8>],
     len: usize,
     seven_bits: bool,
-    only: Option<&[(usize, usize, bool)]>,
-) -> Vec<(usize, usize, bool, f64)> {
-    let width = rule.bytes();
-    let mask = if seven_bits { 0x7F } else { u64::MAX };
-    let mut hits = vec![[0u32; 2]; len * len];
-    let mut told = vec![0u32; len * len];
-    let mut starts: Vec<usize> = (0..len).collect();
-    if let Some(only) = only {
-        starts.retain(|s| only.iter().any(|(start, ..)| start == s));
+    mut starts: Vec<usize>,
+) -> Vec<Range> {
+    let mut tally = Tally::new(len, rule.bytes(), seven_bits);
+    for difference in differences.iter().step_by(3) {
+        tally.count(rule, difference, &starts);
     }
-    for d in differences {
-        for &start in &starts {
-            let mut state = 0;
-            for count in 1..=len - width {
-                state = rule.feed(state, d[start + count - 1]);
-                let stored = &d[start + count..start + count + width];
-                let (big, value) = (read(stored, true, 8), u64::from(rule.value(state)) & mask);
-                let little = if width == 1 { !value } else { read(stored, false, 8) };
-                // Two frames with equal checks tell nothing unless the range contradicts them.
-                if big == 0 && value == 0 {
-                    continue;
-                }
-                told[start * len + count] += 1;
-                hits[start * len + count][0] += u32::from(value == little);
-                // A mask leaves differences of sums comparable in seven bits only.
-                hits[start * len + count][1] += u32::from(value == big & mask);
-            }
+    starts.retain(|start| tally.promises(*start));
+    for (k, difference) in differences.iter().enumerate() {
+        if k % 3 != 0 {
+            tally.count(rule, difference, &starts);
         }
     }
-    let enough = u32::try_from(differences.len() / 5).unwrap_or(u32::MAX).max(4);
-    let mut found = Vec::new();
-    for start in starts {
-        for count in 1..=len - width {
-            for big_endian in [true, false] {
-                let told = told[start * len + count];
-                let hit = hits[start * len + count][usize::from(big_endian)];
-                let share = f64::from(hit) / f64::from(told.max(1));
-                let listed = only.is_none_or(|only| only.contains(&(start, count, big_endian)));
-                if told >= enough && share >= AGREE && listed {
-                    found.push((start, count, big_endian, share));
-                }
-            }
-        }
-    }
-    found
+    tally.agreeing(&starts, differences.len())
 }
 
 /// Which algorithms, over which of `starts`, real frames confirm.

@@ -19,12 +19,12 @@ const SYNC_MAX: usize = 4;
 #[derive(Debug, Clone)]
 pub(crate) struct Discovery {
     pub(crate) layout: Layout,
+    /// Where frames of this length were seen, at any phase.
+    pub(crate) framing: Framing,
     /// Clean frames found, checked ones if there is a check.
     pub(crate) frames: usize,
     /// Share of the capture's bytes in such frames.
     pub(crate) share: f64,
-    /// Bits saved per byte at this length.
-    pub(crate) saved: f64,
     /// Bytes at the start that never changed.
     pub(crate) constant_run: usize,
     /// Other bytes that never changed.
@@ -44,8 +44,7 @@ pub(crate) struct Discovery {
 /// The likeliest layout of `bytes`.
 pub(crate) fn discover(bytes: &[u8]) -> Option<Discovery> {
     if let Some(framing) = septet::framing(bytes) {
-        let places = places_in(bytes, &framing, true);
-        return describe(bytes, &framing, Kind::Septet, &places);
+        return discover_in(bytes, &framing, Kind::Septet);
     }
     let candidates = length::candidates(bytes);
     let likeliest = length::widen(bytes, candidates.first()?.len)?;
@@ -58,7 +57,10 @@ pub(crate) fn discover(bytes: &[u8]) -> Option<Discovery> {
     for other in candidates.iter().skip(1).take(LENGTHS_TRIED) {
         let Some(framing) = length::widen(bytes, other.len) else { continue };
         let places = places_in(bytes, &framing, false);
-        if places.first().is_some_and(|place| place.share > 0.8) {
+        // In several frames taken for one, counters and what follows them add up to one another.
+        let width = if other.len.is_multiple_of(likeliest.len) { 2 } else { 1 };
+        let proves = |place: &Place| place.share > 0.8 && place.kind.bytes() >= width;
+        if places.first().is_some_and(proves) {
             return describe(bytes, &framing, Kind::Fixed, &places);
         }
     }
@@ -67,9 +69,13 @@ pub(crate) fn discover(bytes: &[u8]) -> Option<Discovery> {
 
 /// The likeliest layout of frames of this length.
 pub(crate) fn discover_at(bytes: &[u8], len: usize) -> Option<Discovery> {
-    let framing = length::widen(bytes, len)?;
-    let places = places_in(bytes, &framing, false);
-    describe(bytes, &framing, Kind::Fixed, &places)
+    discover_in(bytes, &length::widen(bytes, len)?, Kind::Fixed)
+}
+
+/// The layout of frames that are known, of `bytes` that may be a part of the capture.
+pub(crate) fn discover_in(bytes: &[u8], framing: &Framing, kind: Kind) -> Option<Discovery> {
+    let places = places_in(bytes, framing, kind == Kind::Septet);
+    describe(bytes, framing, kind, &places)
 }
 
 fn places_in(bytes: &[u8], framing: &Framing, seven_bits: bool) -> Vec<Place> {
@@ -85,6 +91,9 @@ fn rows_of<'a>(bytes: &'a [u8], framing: &Framing, digit_bits: u32) -> Frames<'a
 fn shortest(bytes: &[u8], framing: Framing, places: Vec<Place>) -> (Framing, Vec<Place>) {
     for part in [4, 3, 2] {
         if !framing.len.is_multiple_of(part) || framing.len / part < LEN_MIN {
+            continue;
+        }
+        if !length::may_be(bytes, framing.len / part, framing.len) {
             continue;
         }
         let Some(shorter) = length::widen(bytes, framing.len / part) else { continue };
@@ -151,7 +160,7 @@ fn describe(bytes: &[u8], framing: &Framing, kind: Kind, places: &[Place]) -> Op
     Some(Discovery {
         frames: frames.count(),
         share: share_of(bytes, framing, &layout, frames.count()),
-        saved: framing.saved,
+        framing: framing.clone(),
         constant_run,
         constant_elsewhere: (constant_run..framing.len).filter(|c| constant[*c]).collect(),
         checks,

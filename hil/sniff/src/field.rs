@@ -99,16 +99,20 @@ fn bits_of(frames: &Frames<'_>, triples: &[Triple], window: Window) -> f64 {
     let moving = active_bits(&codes, whole);
     let cost = |width| mean_block_bits(&codes, width);
     let bits = if moving < whole { cost(whole).min(cost(moving)) } else { cost(whole) };
-    let top = window.bytes > 1 && top_jumps(&codes, whole, frames.digit_bits);
+    let top = window.bytes > 1 && top_jumps(&codes, (whole, moving), frames.digit_bits);
     if top { bits + STRANGER_BITS } else { bits }
 }
 
 /// Whether the top digit belongs to something else: where it changes, the number does not glide
-/// through the change but leaps, far beyond its steps before and after.
-fn top_jumps(codes: &[[u64; RUN]], whole: u32, digit_bits: u32) -> bool {
+/// through the change but leaps, far beyond its steps before and after. A number need not fill its
+/// top digit: what leaps in the `whole` width and glides in the `moving` bits has changed its sign.
+fn top_jumps(codes: &[[u64; RUN]], (whole, moving): (u32, u32), digit_bits: u32) -> bool {
     let (mut changes, mut leaps) = (0, 0);
     for block in codes.chunks(BLOCK).filter(|block| 2 * block.len() >= BLOCK) {
-        let step = |[_, b, c]: &[u64; RUN]| magnitude(c.wrapping_sub(*b), whole);
+        let step = |[_, b, c]: &[u64; RUN]| {
+            let difference = c.wrapping_sub(*b);
+            magnitude(difference, whole).min(magnitude(difference, moving))
+        };
         let mut steps: Vec<f64> = block.iter().map(step).collect();
         steps.sort_by(f64::total_cmp);
         let usual = steps[steps.len() / 2];

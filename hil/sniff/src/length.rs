@@ -1,6 +1,7 @@
 //! The length of the frame: the period at which bytes resemble themselves and columns save bits.
 
 use crate::align::Template;
+use crate::frames::Frames;
 
 /// Lengths tried. A frame shorter than three bytes has no room for anything but a number.
 pub(crate) const LEN_MIN: usize = 3;
@@ -13,6 +14,9 @@ const JUDGED: (usize, usize) = (4, 3 << 10);
 const CUT: (usize, usize) = (12, 6 << 10);
 /// A shorter length is taken when it saves at least this part of the bits of the best.
 const NEAR_BEST: f64 = 0.85;
+/// Bytes one true length apart resemble each other as those two lengths apart do; a part of a
+/// length with less than this share of its resemblance is none.
+const ALIKE: f64 = 0.7;
 
 /// A capture cut into frames at an unknown phase.
 #[derive(Debug, Clone)]
@@ -24,6 +28,20 @@ pub(crate) struct Framing {
     pub(crate) coverage: f64,
     /// Bits saved per byte by knowing the columns.
     pub(crate) saved: f64,
+}
+
+impl Framing {
+    /// The same frames once only these `parts` of the bytes are left, one behind the other.
+    pub(crate) fn within(&self, parts: &[(usize, usize)]) -> Self {
+        let mut starts = Vec::new();
+        let mut left = 0;
+        for (from, to) in parts {
+            let inside = self.starts.iter().filter(|s| *s >= from && **s + self.len <= *to);
+            starts.extend(inside.map(|start| start - from + left));
+            left += to - from;
+        }
+        Self { starts, ..*self }
+    }
 }
 
 /// `count` blocks of `size` bytes spread over a capture of `total`; the whole when it is smaller.
@@ -38,13 +56,13 @@ fn blocks(total: usize, (count, size): (usize, usize)) -> Vec<(usize, usize)> {
 /// Lengths at which the capture may be framed, the likeliest first: a handful.
 pub(crate) fn candidates(bytes: &[u8]) -> Vec<Framing> {
     let blocks = blocks(bytes.len(), JUDGED);
-    let mut lengths: Vec<(f64, usize)> =
-        (LEN_MIN..=LEN_MAX).map(|len| (resemblance(bytes, &blocks, len), len)).collect();
+    let alike: Vec<f64> = (0..=LEN_MAX).map(|len| resemblance(bytes, &blocks, len)).collect();
+    let mut lengths: Vec<(f64, usize)> = (LEN_MIN..=LEN_MAX).map(|len| (alike[len], len)).collect();
     lengths.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut tried: Vec<usize> = Vec::new();
-    for (_, len) in lengths.iter().take(KEPT) {
+    for (most, len) in lengths.iter().take(KEPT) {
         let divisors = (1..=7).filter(|d| len % d == 0).map(|d| len / d);
-        tried.extend(divisors.filter(|len| *len >= LEN_MIN));
+        tried.extend(divisors.filter(|len| *len >= LEN_MIN && alike[*len] >= ALIKE * most));
     }
     tried.sort_unstable();
     tried.dedup();
@@ -56,7 +74,12 @@ pub(crate) fn candidates(bytes: &[u8]) -> Vec<Framing> {
     }
     let (mut near, mut far): (Vec<_>, Vec<_>) =
         framed.into_iter().partition(|framing| framing.saved >= NEAR_BEST * best);
-    near.sort_by_key(|framing| framing.len);
+    // A ramp within the frame repeats at any distance, but only the frame has a sync word.
+    let without_sync = |framing: &Framing| {
+        let rows = Frames::new(bytes, framing.len, framing.starts.clone(), 8, false);
+        !rows.constant(None).contains(&true)
+    };
+    near.sort_by_cached_key(|framing| (without_sync(framing), framing.len));
     far.sort_by(|a, b| b.saved.total_cmp(&a.saved));
     near.into_iter().chain(far).collect()
 }
@@ -64,6 +87,12 @@ pub(crate) fn candidates(bytes: &[u8]) -> Vec<Framing> {
 /// The same length on more bytes.
 pub(crate) fn widen(bytes: &[u8], len: usize) -> Option<Framing> {
     framing(bytes, &blocks(bytes.len(), CUT), len)
+}
+
+/// Whether a part of a length resembles itself enough to be the length.
+pub(crate) fn may_be(bytes: &[u8], part: usize, len: usize) -> bool {
+    let blocks = blocks(bytes.len(), JUDGED);
+    resemblance(bytes, &blocks, part) >= ALIKE * resemblance(bytes, &blocks, len)
 }
 
 /// How well the best length explains the bytes, 0 to 8 bits per byte. A wrong baud rate scores
@@ -132,47 +161,59 @@ fn calmest_window<'a>(bytes: &'a [u8], blocks: &[(usize, usize)], len: usize) ->
 /// Adaptive, so that a length pays for what it learns and a long one does not win by having more
 /// columns to learn.
 fn saved_bits(bytes: &[u8], starts: &[usize], len: usize) -> f64 {
-    (0..len).map(|column| column_savings(bytes, starts, len, column)).sum()
+    let code = AdaptiveCode::up_to(starts.len());
+    (0..len).map(|column| column_savings(bytes, starts, len, column, &code)).sum()
 }
 
-fn column_savings(bytes: &[u8], starts: &[usize], len: usize, column: usize) -> f64 {
-    let (mut plain, mut steps) = (AdaptiveCode::new(), AdaptiveCode::new());
-    let mut before: Option<usize> = None;
+fn column_savings(
+    bytes: &[u8],
+    starts: &[usize],
+    len: usize,
+    column: usize,
+    code: &AdaptiveCode,
+) -> f64 {
+    let (mut plain, mut steps) = ([0; 256], [0; 256]);
     for start in starts {
-        let byte = bytes[start + column];
-        plain.encode(byte);
-        match before {
-            Some(last) if last + len == *start => {
-                steps.encode(byte.wrapping_sub(bytes[last + column]));
-            }
-            _ => steps.bits += 8.0,
-        }
-        before = Some(*start);
+        plain[usize::from(bytes[start + column])] += 1;
     }
-    (8.0 * as_f64(starts.len()) - plain.bits.min(steps.bits)).max(0.0)
+    for pair in starts.windows(2).filter(|pair| pair[0] + len == pair[1]) {
+        let step = bytes[pair[1] + column].wrapping_sub(bytes[pair[0] + column]);
+        steps[usize::from(step)] += 1;
+    }
+    let saved = |counts: &[usize; 256]| {
+        let coded: usize = counts.iter().sum();
+        8.0 * as_f64(coded) - code.bits(counts)
+    };
+    saved(&plain).max(saved(&steps)).max(0.0)
 }
 
-/// Code length of bytes whose distribution is learnt on the way.
+/// Code length of bytes whose distribution is learnt on the way: a byte seen c times among n costs
+/// log2 of (n + 256 p) / (c + p). In the sum the order does not matter, only how often each came.
 struct AdaptiveCode {
-    counts: [u32; 256],
-    total: u32,
-    bits: f64,
+    /// Sums of log2(k + p) and of log2(k + 256 p) over k below the index.
+    seen: Vec<f64>,
+    all: Vec<f64>,
 }
 
 impl AdaptiveCode {
     const PRIOR: f64 = 1.0 / 16.0;
 
-    fn new() -> Self {
-        Self { counts: [0; 256], total: 0, bits: 0.0 }
+    fn up_to(count: usize) -> Self {
+        let sums = |offset: f64| {
+            let mut sum = 0.0;
+            let added = (0..count).map(|k| {
+                sum += (as_f64(k) + offset).log2();
+                sum
+            });
+            std::iter::once(0.0).chain(added).collect()
+        };
+        Self { seen: sums(Self::PRIOR), all: sums(256.0 * Self::PRIOR) }
     }
 
-    fn encode(&mut self, byte: u8) {
-        let count = &mut self.counts[usize::from(byte)];
-        let odds =
-            (f64::from(self.total) + 256.0 * Self::PRIOR) / (f64::from(*count) + Self::PRIOR);
-        self.bits += odds.log2();
-        *count += 1;
-        self.total += 1;
+    /// Bits of bytes of which each came so many times, `up_to` as many in all.
+    fn bits(&self, counts: &[usize; 256]) -> f64 {
+        let total: usize = counts.iter().sum();
+        self.all[total] - counts.iter().map(|count| self.seen[*count]).sum::<f64>()
     }
 }
 

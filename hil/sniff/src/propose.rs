@@ -1,8 +1,8 @@
 //! From what was discovered to proposals and a verdict.
 
-use crate::discover::{Discovery, discover, discover_at, is_generic};
+use crate::discover::{Discovery, discover, discover_at, discover_in, is_generic};
 use crate::layout::{Kind, Layout};
-use crate::length::as_f64;
+use crate::length::{Framing, as_f64};
 use crate::report::{Alternative, Doubt, Evidence, Proposal, Report, Shape, Verdict};
 use crate::{text, word};
 
@@ -23,10 +23,10 @@ const MANY_FRAMES: usize = 800;
 /// will do; nothing makes it fail.
 #[must_use]
 pub fn sniff(bytes: &[u8], second: Option<&[u8]>) -> Report {
-    let mut proposals = of_kind(bytes);
+    let Found { mut proposals, framing } = of_kind(bytes);
     let verdict = match proposals.first() {
         None => Verdict::Unknown,
-        Some(first) => judge(first, bytes, second),
+        Some(first) => judge(first, framing.as_ref(), bytes, second),
     };
     if let (Some(first), Verdict::Unconfirmed(_)) = (proposals.first_mut(), verdict) {
         first.score = first.score.min(DOUBTFUL_SCORE);
@@ -34,14 +34,21 @@ pub fn sniff(bytes: &[u8], second: Option<&[u8]>) -> Report {
     Report { bytes: bytes.len(), verdict, proposals }
 }
 
-fn of_kind(bytes: &[u8]) -> Vec<Proposal> {
+/// Proposals, and where the frames of the first are if it is binary.
+#[derive(Default)]
+struct Found {
+    proposals: Vec<Proposal>,
+    framing: Option<Framing>,
+}
+
+fn of_kind(bytes: &[u8]) -> Found {
     if let Some(found) = text::find(bytes) {
-        return vec![of_lines(found)];
+        return Found { proposals: vec![of_lines(found)], framing: None };
     }
     if let Some(found) = word::find(bytes) {
-        return vec![of_word(&found)];
+        return Found { proposals: vec![of_word(&found)], framing: None };
     }
-    let Some(best) = discover(bytes) else { return Vec::new() };
+    let Some(best) = discover(bytes) else { return Found::default() };
     let mut proposals = vec![of_binary(&best)];
     if best.layout.check.is_none() && best.layout.kind == Kind::Fixed {
         // Nothing proves the length: the next likely one stands beside it.
@@ -53,7 +60,7 @@ fn of_kind(bytes: &[u8]) -> Vec<Proposal> {
             other
         }));
     }
-    proposals
+    Found { proposals, framing: Some(best.framing) }
 }
 
 fn of_lines(found: text::Found) -> Proposal {
@@ -89,7 +96,7 @@ fn of_binary(found: &Discovery) -> Proposal {
     let evidence = Evidence {
         frames: found.frames,
         share: found.share,
-        saved_bits: found.saved,
+        saved_bits: found.framing.saved,
         counter_share: found.counter.map_or(0.0, |counter| counter.share),
         wraps: found.counter.map_or(0, |counter| counter.wraps),
         excursion: found.motion.excursion,
@@ -154,8 +161,16 @@ fn alternatives_of(found: &Discovery) -> Vec<Alternative> {
     open
 }
 
-fn judge(first: &Proposal, bytes: &[u8], second: Option<&[u8]>) -> Verdict {
-    match doubt_of(first).or_else(|| doubt_about_part(first, bytes, second)) {
+fn judge(
+    first: &Proposal,
+    framing: Option<&Framing>,
+    bytes: &[u8],
+    second: Option<&[u8]>,
+) -> Verdict {
+    // A second capture had no part in the proposal; of the only one, parts are held back.
+    let about_part =
+        || if second.is_none() { doubt_about_part(first, framing, bytes) } else { None };
+    match doubt_of(first).or_else(about_part) {
         Some(doubt) => Verdict::Unconfirmed(doubt),
         None => test(first, bytes, second),
     }
@@ -181,18 +196,24 @@ fn doubt_of(proposal: &Proposal) -> Option<Doubt> {
     (!turned).then_some(Doubt::AtRest { excursion })
 }
 
-/// Without a second capture, what is held back must not have shaped the proposal: the rest alone
-/// has to lead to the same one.
-fn doubt_about_part(first: &Proposal, bytes: &[u8], second: Option<&[u8]>) -> Option<Doubt> {
-    if second.is_some() {
-        return None;
-    }
-    let kept: Vec<u8> = blocks(bytes)
-        .filter(|(k, _)| k % HELD_BACK != HELD_BACK - 1)
-        .flat_map(|(_, block)| block.iter().copied())
+/// What is held back must not have shaped the proposal: the rest alone has to lead to the same
+/// one. Only where frames lie is taken over; they would be cut the same way.
+fn doubt_about_part(first: &Proposal, framing: Option<&Framing>, bytes: &[u8]) -> Option<Doubt> {
+    let parts: Vec<(usize, usize)> = blocks(bytes.len())
+        .enumerate()
+        .filter(|(k, _)| !is_held_back(*k))
+        .map(|(_, part)| part)
         .collect();
-    let again = of_kind(&kept);
-    let same = again.first().is_some_and(|again| agree(&again.shape, &first.shape));
+    let kept: Vec<u8> =
+        parts.iter().flat_map(|(from, to)| bytes[*from..*to].iter().copied()).collect();
+    let again = match (&first.shape, framing) {
+        (Shape::Binary(layout), Some(framing)) => {
+            let again = discover_in(&kept, &framing.within(&parts), layout.kind);
+            again.map(|again| Shape::Binary(again.layout))
+        }
+        _ => of_kind(&kept).proposals.into_iter().next().map(|again| again.shape),
+    };
+    let same = again.is_some_and(|again| agree(&again, &first.shape));
     (!same).then_some(Doubt::PartDisagrees)
 }
 
@@ -209,17 +230,24 @@ fn agree(a: &Shape, b: &Shape) -> bool {
     }
 }
 
-fn blocks(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    bytes.chunks(bytes.len().div_ceil(BLOCKS).max(1)).enumerate()
+/// The bounds of the blocks of a capture of `total` bytes.
+fn blocks(total: usize) -> impl Iterator<Item = (usize, usize)> {
+    let size = total.div_ceil(BLOCKS).max(1);
+    (0..total).step_by(size).map(move |from| (from, total.min(from + size)))
+}
+
+const fn is_held_back(block: usize) -> bool {
+    block % HELD_BACK == HELD_BACK - 1
 }
 
 /// Reads bytes that the proposal was not made from.
 fn test(first: &Proposal, bytes: &[u8], second: Option<&[u8]>) -> Verdict {
     let held_back: Vec<&[u8]> = match second {
         Some(second) => vec![second],
-        None => blocks(bytes)
-            .filter(|(k, _)| k % HELD_BACK == HELD_BACK - 1)
-            .map(|(_, block)| block)
+        None => blocks(bytes.len())
+            .enumerate()
+            .filter(|(k, _)| is_held_back(*k))
+            .map(|(_, (from, to))| &bytes[from..to])
             .collect(),
     };
     let shares: Vec<f64> = held_back.iter().map(|block| share_in(&first.shape, block)).collect();

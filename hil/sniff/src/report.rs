@@ -1,6 +1,6 @@
 //! What sniffing says: proposals with their evidence, what the bytes cannot decide, a verdict.
 
-use crate::layout::{Check, CheckKind, Kind, Layout};
+use crate::layout::{Check, CheckKind, Coding, Kind, Layout};
 use crate::text::Lines;
 use crate::word::ParityWord;
 use std::fmt;
@@ -192,8 +192,9 @@ impl fmt::Display for Alternative {
             ),
             Self::NoisyBytes { bytes } => write!(
                 f,
-                "The lowest {bytes} byte(s) of the rate are noise. Part of the rate, or something \
-                 else? It makes no difference to the rate beyond its noise."
+                "The lowest {} of the rate shows noise alone. Part of the rate, or something \
+                 else? It makes no difference to the rate beyond its noise.",
+                if *bytes == 1 { "byte".to_owned() } else { format!("part, {bytes} bytes,") }
             ),
             Self::ConstantTop => f.write_str(
                 "The top byte of the rate never changed and was taken for its sign. Turn the gyro \
@@ -228,6 +229,15 @@ impl fmt::Display for Described<'_> {
             },
         }
         write!(f, " over bytes {first} to {last}")
+    }
+}
+
+const fn in_words(coding: Coding) -> &'static str {
+    match coding {
+        Coding::Twos => "two's complement",
+        Coding::OffsetBinary => "offset binary",
+        Coding::Unsigned => "unsigned",
+        Coding::Float => "float",
     }
 }
 
@@ -310,7 +320,7 @@ impl Proposal {
             let order = if field.big_endian { "high byte first" } else { "low byte first" };
             let order = if field.bytes == 1 { "one byte" } else { order };
             let name = crate::toml::name_of(field.role);
-            let found = format!("byte {at}, {bits} bits, {:?}, {order}", field.coding);
+            let found = format!("byte {at}, {bits} bits, {}, {order}", in_words(field.coding));
             let is_rate = field.role == crate::Role::Rate;
             let why = if is_rate { moved.clone() } else { "by its size and motion".to_owned() };
             rows.push([name.to_owned(), found, why]);

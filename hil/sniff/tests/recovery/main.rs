@@ -3,7 +3,7 @@
 //! The rules were tuned on seeds 0 to 399; the seeds here were not looked at while tuning.
 //! `STRUNA_SNIFF_SEED` and `STRUNA_SNIFF_LAYOUTS` look at others.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed unwrap fails the test")]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 #![expect(clippy::print_stdout, reason = "the figures are told, whether or not they suffice")]
 
 mod capture;
