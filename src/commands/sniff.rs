@@ -21,6 +21,8 @@ const FILE_BYTES_MAX: u64 = 16 << 20;
 /// Tried in this order; of equals the first is kept.
 const BAUDS: [u32; 10] =
     [115_200, 9600, 19_200, 38_400, 57_600, 230_400, 250_000, 460_800, 614_400, 921_600];
+/// Of a byte without parity.
+const SYMBOLS_PER_BYTE: f64 = 10.0;
 /// Below this a length explains nothing: noise scores 0, frames with one sync byte 0.3 and more.
 const SENSIBLE_BITS: f64 = 0.2;
 
@@ -158,11 +160,16 @@ fn toml_of(
     Ok(Some(text))
 }
 
-/// To four digits: a hand-timed capture gives no more.
+/// To four digits: a hand-timed capture gives no more. Bytes that came faster than their line can
+/// carry had been waiting somewhere, and say nothing of the gyro's rate.
 fn rate_hz(first: &Proposal, capture: &Capture) -> Option<f64> {
     let bytes = u32::try_from(capture.bytes.len()).ok()?;
     let seconds = capture.seconds.filter(|seconds| *seconds > 0.0)?;
-    let rate = f64::from(bytes) / first.mean_len(capture.bytes.len()) / seconds;
+    let bytes_per_s = f64::from(bytes) / seconds;
+    if capture.baud.is_some_and(|baud| bytes_per_s * SYMBOLS_PER_BYTE > 1.05 * f64::from(baud)) {
+        return None;
+    }
+    let rate = bytes_per_s / first.mean_len(capture.bytes.len());
     let unit = 10f64.powf(rate.log10().floor() - 3.0);
     Some((rate / unit).round() * unit).filter(|rate| rate.is_finite() && *rate > 0.0)
 }

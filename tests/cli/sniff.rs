@@ -8,6 +8,15 @@ use struna_wire::{Decoder, Encoder, FrameSpec};
 const FRAME: &str = include_str!("../../frames/vg910d.toml");
 const FRAMES: u32 = 2400;
 
+/// Evenly spread over 1024 counts and without a pattern: steps that repeat would rightly be taken
+/// for a number of its own in the low byte.
+fn noise(k: u32) -> i64 {
+    let mixed = (u64::from(k) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let [.., low, high] = mixed.to_le_bytes();
+    i64::from(u16::from_le_bytes([low, high]) >> 6) - 512
+}
+
 /// 8 s of the shipped gyro: at rest, then turned both ways.
 fn capture(turned: bool) -> Vec<u8> {
     let spec = FrameSpec::from_toml(FRAME).unwrap();
@@ -15,7 +24,7 @@ fn capture(turned: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     for k in 0..FRAMES {
         let time_s = f64::from(k) / 300.0;
-        let noise = i64::from(k.wrapping_mul(2_654_435_761) >> 22) - 512;
+        let noise = noise(k);
         let rate = if turned && time_s > 3.0 { 3e6 * (2.0 * time_s).sin() } else { 0.0 };
         #[expect(clippy::cast_possible_truncation, reason = "far below 2^63")]
         let raw = [rate as i64 + noise, 6400 + (noise >> 6), 1];
