@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use struna_settings::SettingsError;
-use struna_wire::FrameSpec;
+use struna_wire::{FrameSpec, Lint};
 
 /// Layouts that ship with the program: what they are called and their files.
 pub const SHIPPED: [(&str, &str); 7] = [
@@ -52,7 +52,16 @@ pub fn shipped(name: &str) -> Option<&'static str> {
 /// # Errors
 /// [`FrameError`] names file, line, key, value and remedy.
 pub fn frame_named_or_file(name: &str) -> Result<FrameSpec, FrameError> {
-    judged(name, FrameSpec::from_toml)
+    judged(name, unique)
+}
+
+/// The layout of a frame file, if bytes can be decoded by it in one way only. Nothing of the
+/// program decodes by any other.
+///
+/// # Errors
+/// As [`Lint::of`], without the file's name.
+pub fn unique(text: &str) -> Result<FrameSpec, Box<SettingsError>> {
+    Ok(Lint::of(text)?.spec)
 }
 
 /// What `judge` makes of the text of the layout called `name`, or of the file at this path. A
@@ -87,6 +96,15 @@ fn text_of(name: &str) -> Result<Cow<'static, str>, FrameError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_layout_that_noise_imitates_is_not_decoded_by() {
+        let (_, raw4) = SHIPPED[1];
+        let weak = raw4.replacen("sync = \"A5 5A\"", "sync = \"80\"\nsync_mask = \"80\"", 1);
+        assert!(FrameSpec::from_toml(&weak).is_ok());
+        let refusal = unique(&weak).unwrap_err().to_string();
+        assert!(refusal.contains("tell frames from noise"), "{refusal}");
+    }
 
     #[test]
     fn every_shipped_layout_has_the_name_it_is_shipped_by() {

@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use crate::cli::{Baud, FrameSniff};
+use crate::frames;
 use crate::output::{create_folder, write_whole};
 use anyhow::{Context, Result, bail};
 use std::fs::File;
@@ -9,7 +10,6 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use struna_line::{RawCapture, SerialReader, StopFlag};
 use struna_sniff::{Labels, Proposal, Report, Verdict, length_score, sniff};
-use struna_wire::FrameSpec;
 
 /// Seconds of a capture, and of each trial of a baud rate.
 const CAPTURE_S: f64 = 8.0;
@@ -155,7 +155,7 @@ fn toml_of(
         measured: confirmed && args.port.is_some(),
     };
     let Some(text) = first.to_toml(&labels) else { return Ok(None) };
-    FrameSpec::from_toml(&text)
+    frames::unique(&text)
         .with_context(|| format!("the proposal makes no valid frame file:\n{text}"))?;
     Ok(Some(text))
 }

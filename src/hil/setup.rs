@@ -118,7 +118,7 @@ impl Setup {
             None => None,
         };
         let frame = match (&self.frame_toml, &scenario) {
-            (Some(text), _) => FrameSpec::from_toml(text)?,
+            (Some(text), _) => frames::unique(text)?,
             (None, Some(scenario)) => scenario.frame.clone(),
             (None, None) => bail!("name a frame with --frame, or a --scenario that has one"),
         };

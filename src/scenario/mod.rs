@@ -129,7 +129,7 @@ impl Scenario {
 fn read_frame(path: &Path) -> std::result::Result<FrameSpec, ScenarioError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| ScenarioError::ReadFrame { path: path.to_owned(), source })?;
-    Ok(FrameSpec::from_toml(&text).map_err(|error| Box::new(error.in_file(path)))?)
+    Ok(frames::unique(&text).map_err(|error| Box::new(error.in_file(path)))?)
 }
 
 /// The scenario, and the frame file still to be read if it names one.
