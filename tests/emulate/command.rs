@@ -221,3 +221,40 @@ fn scenarios_and_numbers_that_cannot_be_used_are_refused() {
     let complaint = desk.refused(&["--log", "no/such/em.csv", "--link", "gyro"]);
     assert!(complaint.contains("cannot write no/such/em.csv"), "{complaint}");
 }
+
+#[test]
+fn faults_act_on_the_port_and_their_truth_is_kept() {
+    let desk = Desk::new();
+    let faults = "\n[[fault]]\nkind = \"port-loss\"\nat_s = 1.0\nduration_s = 0.2\n\n[[fault]]\n\
+                  kind = \"bit-flip\"\nrate_per_byte = 1e-2\n";
+    fs::write(desk.path("s.toml"), format!("{SCENARIO}{faults}")).unwrap();
+    let link = desk.path("gyro");
+    let emulate = |faults: &str| {
+        let link = link.to_str().unwrap();
+        let arguments = [
+            "--link",
+            link,
+            "--speed",
+            "1000",
+            "--duration",
+            "2",
+            "--faults",
+            faults,
+            "--seed",
+            "3",
+        ];
+        let output = desk.command(&arguments).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let said = emulate("a.csv");
+    for line in ["unplugged", "plugged in as /dev/pts/", "written to a.csv"] {
+        assert!(said.contains(line), "{line}\n{said}");
+    }
+    let truth = fs::read_to_string(desk.path("a.csv")).unwrap();
+    assert!(truth.starts_with("id,fault,kind,stage,start_s,end_s,"), "{truth}");
+    assert_eq!(truth.matches(",port-loss,").count(), 1);
+    assert!(truth.matches(",bit-flip,").count() > 20, "6600 bytes at 1e-2:\n{truth}");
+    emulate("b.csv");
+    assert_eq!(fs::read_to_string(desk.path("b.csv")).unwrap(), truth);
+}
