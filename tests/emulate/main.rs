@@ -52,3 +52,9 @@ pub(crate) fn fast() -> String {
     let edits = [("preset = \"vg910d\"", gyro), ("frame = \"struna/vg910d@1\"", frame)];
     edited(SCENARIO, &edits)
 }
+
+/// The scenario with the MEMS gyro and its frame.
+pub(crate) fn mems() -> String {
+    let edits = [("\"vg910d\"", "\"adis16100\""), ("struna/vg910d@1", "struna/adis16100@1")];
+    edited(SCENARIO, &edits)
+}

@@ -1,8 +1,7 @@
 //! What passes through the port is what the emulator says, at whatever times.
 
-use crate::{FAST_FRAME, SCENARIO, edited, fast};
-use std::fs;
-use std::path::PathBuf;
+use crate::{SCENARIO, edited, mems};
+use std::path::{Path, PathBuf};
 use std::thread;
 use struna::emulate::{Device, Emission, Emulation, Entry, Status, Summary, Watcher};
 use struna::scenario::Scenario;
@@ -15,9 +14,7 @@ use struna_wire::Decoder;
 const IDLE_READS_MAX: u32 = 1000;
 
 fn scenario(text: &str) -> Scenario {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("fast.toml"), FAST_FRAME).unwrap();
-    Scenario::parse(text, &folder.path().join("s.toml")).unwrap_or_else(|error| panic!("{error}"))
+    Scenario::parse(text, Path::new("s.toml")).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The bytes of a run that looks at no clock.
@@ -122,7 +119,7 @@ fn a_300_hz_gyro_in_real_time_sends_the_bytes_of_an_unpaced_run() {
 
 #[test]
 fn a_1400_hz_gyro_in_real_time_sends_the_bytes_of_an_unpaced_run() {
-    every_frame_passes(&fast(), 1400);
+    every_frame_passes(&mems(), 1400);
 }
 
 #[test]
