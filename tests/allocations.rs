@@ -3,8 +3,8 @@
 #![expect(unsafe_code, reason = "counting allocations takes an allocator of its own")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
 use struna::scenario::{RunAs, Scenario};
 use struna::session;
 use struna_gyro::Gyro;
@@ -17,12 +17,16 @@ use struna_wire::FrameSpec;
 /// The system's allocator, counting.
 struct Counting;
 
-static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+thread_local! {
+    /// Per thread, so that the test harness's own threads do not disturb the count.
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
 
-// SAFETY: every call goes to the system's allocator unchanged; counting touches no memory of it.
+// SAFETY: every call goes to the system's allocator unchanged; the counter is a plain thread-local
+// cell that needs neither allocation nor destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
         // SAFETY: the caller keeps to alloc's contract, which is the system's.
         unsafe { System.alloc(layout) }
     }
@@ -33,7 +37,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
         // SAFETY: `memory` came from the system's allocator with this layout.
         unsafe { System.realloc(memory, layout, size) }
     }
@@ -79,12 +83,12 @@ fn no_sample_allocates_from_decoder_to_estimate() {
     };
     let (warm_up, rest) = bytes.split_at(bytes.len() / 10);
     feed(warm_up);
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = ALLOCATIONS.get();
     // Pieces that cut frames anywhere.
     for piece in rest.chunks(17) {
         feed(piece);
     }
-    let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    let allocated = ALLOCATIONS.get() - before;
     assert_eq!(estimates, 1000 * 7);
     assert_eq!(allocated, 0, "{allocated} allocations in 2700 samples");
 
@@ -135,9 +139,9 @@ fn live_samples_allocate_nothing(
     };
     let (warm_up, rest) = bytes.split_at(10 * len);
     feed(warm_up, &mut count);
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = ALLOCATIONS.get();
     feed(rest, &mut count);
-    let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    let allocated = ALLOCATIONS.get() - before;
     assert_eq!((count.frames, count.outputs), (3000, 1000));
     assert_eq!(allocated, 0, "{allocated} allocations in 2990 live samples");
 }
