@@ -159,7 +159,9 @@ fn averaging_times_that_the_band_hides_are_left_out_of_the_fit() {
     let options = Options { bandwidth_hz: Some(40.0), ..Options::default() };
     let told = characterise(&record, &options).expect("a sound record");
     let (n, _) = estimate(&told, Term::AngleRandomWalk);
-    assert!((n - 1.0).abs() < 0.06, "told of the band: {n}");
+    println!("told of the band: N {n:.4}");
+    // A first-order band takes half as much again as what is given back, 1 % of N; and chance.
+    assert!((n - 1.0).abs() < 0.02, "told of the band: {n}");
     let hidden: Vec<_> = told.points.iter().filter(|point| point.filtered).collect();
     assert!(hidden.last().is_some_and(|point| point.tau_s < 0.0478), "12/(2π·40) s");
     assert!(hidden.iter().all(|point| point.adev_rad_s < (1.0 / point.tau_s).sqrt()));
