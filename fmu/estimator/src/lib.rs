@@ -28,10 +28,11 @@ mod motion;
 mod refinement;
 mod rest;
 mod state_bytes;
+mod status;
 
 pub use augmented::{
     AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters, StartPrior,
-    Status, TestedFilter,
+    TestedFilter,
 };
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
@@ -41,6 +42,7 @@ pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
 pub use state_bytes::RestoreError;
+pub use status::Status;
 
 /// What an estimator believes: the mean and covariance of (angle, rate).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,8 +119,22 @@ pub trait RateEstimator {
     /// [`EstimatorError::SingularInnovation`] when the gain cannot be formed.
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError>;
 
+    /// Measurement update with a rate that the gyro itself flags as over range. An estimator that
+    /// knows of no range, as those of 2008, takes it for what it says.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    fn update_over_range(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        self.update(rate_rad_s)
+    }
+
     /// The current belief.
     fn belief(&self) -> Belief;
+
+    /// How far the belief may be trusted, as far as the estimator itself can tell.
+    fn status(&self) -> Status {
+        Status::of_claim(self.belief().covariance.angle_rad2)
+    }
 
     /// How many bytes [`save`](Self::save) writes.
     fn saved_len(&self) -> usize;

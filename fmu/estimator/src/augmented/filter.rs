@@ -5,7 +5,7 @@ use super::state::{Densities, State};
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::state_bytes::{Reader, RestoreError, Writer};
-use crate::{Belief, Covariance, EstimatorError, Innovation, RateEstimator};
+use crate::{Belief, Covariance, EstimatorError, Innovation, RateEstimator, Status};
 
 /// How far Ω² may be led from its start, either way, as a factor: a tenth of the period, or ten.
 const S_SPAN: f64 = 100.0;
@@ -230,8 +230,22 @@ impl RateEstimator for AugmentedFilter {
         Ok(innovation)
     }
 
+    /// It is judged, and left out.
+    fn update_over_range(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        check_measurement(rate_rad_s)?;
+        let expected = self.state.expect(rate_rad_s);
+        self.model.innovation(expected.residual, expected.spread)
+    }
+
     fn belief(&self) -> Belief {
         self.model.belief(&self.state)
+    }
+
+    fn status(&self) -> Status {
+        if self.model.is_at_a_bound(&self.state) {
+            return Status::NotObservable;
+        }
+        Status::of_claim(self.belief().covariance.angle_rad2)
     }
 
     fn saved_len(&self) -> usize {

@@ -10,13 +10,12 @@ mod config;
 mod filter;
 mod history;
 mod state;
-mod status;
 mod tested;
 mod transition;
+mod watch;
 mod windows;
 
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
-pub use status::Status;
 pub use tested::TestedFilter;
 pub use windows::InnovationTest;

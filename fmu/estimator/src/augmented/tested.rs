@@ -4,12 +4,12 @@ use super::config::AugmentedConfig;
 use super::filter::{AugmentedFilter, Model};
 use super::history::{History, Sample};
 use super::state::{Expectation, State};
-use super::status::{Status, Watch};
+use super::watch::Watch;
 use super::windows::{CLIP, GATE, GATED_VARIANCE, InnovationTest, Windows};
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::state_bytes::{Reader, RestoreError, Writer};
-use crate::{Belief, EstimatorError, Innovation, RateEstimator};
+use crate::{Belief, EstimatorError, Innovation, RateEstimator, Status};
 
 /// Samples at the end of a re-run that are not gated: they may be the kick itself.
 const UNGATED: u64 = 3;
@@ -75,26 +75,6 @@ impl TestedFilter {
         self.absorb(&predicted, span_s, rate_rad_s)
     }
 
-    /// A measurement that the gyro itself flags as over range, valid at the time of the current
-    /// belief: it is noted and not used.
-    pub fn update_over_range(&mut self) {
-        let span_s = self.since_update_s;
-        let sample = Sample { span_s, rate_rad_s: None, residual_rad_s: 0.0 };
-        self.history.push(sample, 0.0, &self.filter.state);
-        self.watch.over_range(span_s);
-        self.since_update_s = 0.0;
-    }
-
-    /// How far the angle may be trusted.
-    #[must_use]
-    pub fn status(&self) -> Status {
-        let state = &self.filter.state;
-        let angle_variance = self.belief().covariance.angle_rad2;
-        let period_s = core::f64::consts::TAU / libm::sqrt(state.mean.s);
-        let at_bound = self.filter.model.is_at_a_bound(state);
-        self.watch.status(libm::sqrt(angle_variance), period_s, at_bound)
-    }
-
     /// The filter behind the test.
     #[must_use]
     pub fn filter(&self) -> &AugmentedFilter {
@@ -121,8 +101,7 @@ impl TestedFilter {
         if model.is_over_range(rate_rad_s, expected.residual) {
             let innovation = model.innovation(expected.residual, expected.spread)?;
             self.filter.state = *predicted;
-            self.since_update_s = span_s;
-            self.update_over_range();
+            self.pass_over(span_s);
             return Ok(innovation);
         }
         let Updated { state, innovation, gated } = gated_update(model, predicted, &expected)?;
@@ -138,6 +117,14 @@ impl TestedFilter {
             self.raise_alarm();
         }
         Ok(innovation)
+    }
+
+    /// Notes a measurement that is not used, `span_s` after the last one.
+    fn pass_over(&mut self, span_s: f64) {
+        let sample = Sample { span_s, rate_rad_s: None, residual_rad_s: 0.0 };
+        self.history.push(sample, 0.0, &self.filter.state);
+        self.watch.over_range(span_s);
+        self.since_update_s = 0.0;
     }
 
     /// Goes back, runs again, and starts afresh from there.
@@ -211,8 +198,24 @@ impl RateEstimator for TestedFilter {
         self.absorb(&predicted, self.since_update_s, rate_rad_s)
     }
 
+    /// It is noted and not used.
+    fn update_over_range(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        check_measurement(rate_rad_s)?;
+        let expected = self.filter.state.expect(rate_rad_s);
+        let innovation = self.filter.model.innovation(expected.residual, expected.spread)?;
+        self.pass_over(self.since_update_s);
+        Ok(innovation)
+    }
+
     fn belief(&self) -> Belief {
         self.filter.belief()
+    }
+
+    fn status(&self) -> Status {
+        let state = &self.filter.state;
+        let period_s = core::f64::consts::TAU / libm::sqrt(state.mean.s);
+        let at_bound = self.filter.model.is_at_a_bound(state);
+        self.watch.status(self.belief().covariance.angle_rad2, period_s, at_bound)
     }
 
     fn saved_len(&self) -> usize {

@@ -105,7 +105,7 @@ proptest! {
                 1 => filter.update(wild).err(),
                 2 => filter.step(wild, ordinary).err(),
                 3 => filter.step(STEP_S, wild).err(),
-                4 => { filter.update_over_range(); None }
+                4 => filter.update_over_range(wild).err(),
                 5 => filter.step(0.0, ordinary).err(),
                 _ => filter.step(STEP_S, ordinary * 1e-4).err(),
             };

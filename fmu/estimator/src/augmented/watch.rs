@@ -1,9 +1,8 @@
-//! How far a filter's angle may be trusted, in words.
+//! What the innovations of late say of the filter that they came from.
 
 use crate::state_bytes::{Reader, RestoreError, Writer};
+use crate::status::{Status, is_unseen};
 
-/// Three standard deviations of the angle beyond which there is no angle to speak of: 30°, rad.
-const ANGLE_SPREAD_MAX_RAD: f64 = core::f64::consts::PI / 6.0;
 /// How long a clipped gyro may stay silent, s.
 const OVER_RANGE_MAX_S: f64 = 1.0;
 /// Samples over which the normalised innovation squared is averaged.
@@ -12,26 +11,6 @@ const BLOCK: u32 = 500;
 const BLOCK_MEAN_MAX: f64 = 1.379_473_319_220_205_5;
 /// Alarms in half a period beyond which the model itself is in doubt.
 const ALARMS_MAX: usize = 3;
-
-/// How far the angle may be trusted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Status {
-    /// Tests are quiet: the claimed sigma holds.
-    Nominal,
-    /// Something struck the body less than a quarter of a period ago, or the innovations are too
-    /// large. Angle and sigma have been repaired.
-    Disturbed {
-        /// Seconds since the last sign of it.
-        since_s: f64,
-    },
-    /// More than three alarms in half a period: the body does not move as assumed. Without visible
-    /// shocks, suspect a thread that yields.
-    ModelDoubtful,
-    /// The claimed three sigma exceed 30°, a parameter has run to the end of its bounds, or the
-    /// gyro has been over range for a second: there is no angle.
-    NotObservable,
-}
 
 /// Watches the innovations for the status; not part of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -108,9 +87,8 @@ impl Watch {
             && self.elapsed_s - self.alarms_s[self.ring_place()] < 0.5 * period_s
     }
 
-    pub(super) fn status(&self, angle_sigma_rad: f64, period_s: f64, at_bound: bool) -> Status {
-        let unseen = 3.0 * angle_sigma_rad > ANGLE_SPREAD_MAX_RAD;
-        if unseen || at_bound || self.over_range_s > OVER_RANGE_MAX_S {
+    pub(super) fn status(&self, angle_variance: f64, period_s: f64, at_bound: bool) -> Status {
+        if is_unseen(angle_variance) || at_bound || self.over_range_s > OVER_RANGE_MAX_S {
             return Status::NotObservable;
         }
         if self.is_crowded(period_s) {
