@@ -17,6 +17,7 @@ mod chain;
 mod decoder;
 mod filters;
 mod fmus;
+mod fused;
 mod gyro;
 mod line;
 mod rapier;
@@ -29,7 +30,7 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 11] = [
+const PARTS: [Part; 12] = [
     ("filters", filters::rows),
     ("augmented", augmented::rows),
     ("fmus", fmus::rows),
@@ -38,6 +39,7 @@ const PARTS: [Part; 11] = [
     ("rapier", rapier::rows),
     ("gyro", gyro::rows),
     ("decoder", decoder::rows),
+    ("fused", fused::rows),
     ("chain", chain::rows),
     ("allan", allan::rows),
     ("line", line::rows),

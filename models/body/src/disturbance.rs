@@ -71,9 +71,9 @@ impl Default for Disturbances {
 }
 
 impl Disturbances {
-    /// Whether nothing disturbs.
-    pub(crate) fn is_none(&self) -> bool {
-        self.noise.is_none() && self.impulses.is_empty() && self.poisson.is_none()
+    /// Whether no impulse strikes.
+    pub(crate) fn is_noise_at_most(&self) -> bool {
+        self.impulses.is_empty() && self.poisson.is_none()
     }
 
     pub(crate) fn check(&self) -> Result<(), ParameterError> {

@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use random::{any_azimuth, any_body, any_start, soft_thread};
 
 use struna_body::{
-    Body, BodyError, BodyParams, Integrator, Rig, StartState, Stop, StopReason, Support, Torsion,
-    TorsionDamping, TorsionStiffness, TruthMotion, Vibration,
+    Body, BodyError, BodyParams, Disturbances, Integrator, Rig, StartState, Stop, StopReason,
+    Support, TorqueNoise, Torsion, TorsionDamping, TorsionStiffness, TruthMotion, Vibration,
 };
 use struna_kernel::{BodyMotion, SimTime};
 
@@ -256,6 +256,7 @@ proptest! {
         (mass_kg, com_depth_m, period_s) in (0.2_f64..5.0, 0.02_f64..0.3, 5.0_f64..1000.0),
         (ratio, gravity_m_s2) in (0.0_f64..0.3, 1.0_f64..20.0),
         start in any_start(15.0),
+        noise in prop::option::of([0.0..1e-4, 0.0..1e-4, 0.0..1e-4]),
     ) {
         let [x, y, z] = second;
         let params = BodyParams {
@@ -271,9 +272,12 @@ proptest! {
             },
         };
         let body = Body::new(&params).unwrap();
+        let noise = noise.map(|density_b_n_m_sqrt_hz| TorqueNoise { density_b_n_m_sqrt_hz });
+        let disturbances = Disturbances { noise, grid_hz: 50.0, ..Disturbances::default() };
+        let shaken = |rig: Rig| Rig { disturbances: disturbances.clone(), ..rig };
         for integrator in [RK4_1MS, JUDGE] {
-            let (mut plain, mut full) =
-                (run(body, &start, integrator), run(in_full(body), &start, integrator));
+            let mut plain = run(shaken(body.into()), &start, integrator);
+            let mut full = run(shaken(in_full(body)), &start, integrator);
             // Fixed steps are the same to rounding; adaptive ones are chosen from states that
             // differ in number, and so differ by the tolerance of 1e-13 over thousands of steps.
             let tolerance = if integrator == RK4_1MS { 1e-10 } else { 1e-8 };
