@@ -36,8 +36,16 @@ pub enum EncodeError {
 #[derive(Debug, Clone)]
 pub struct Encoder {
     spec: FrameSpec,
+    /// Least and greatest raw value of each field.
+    limits: Vec<(i64, i64)>,
+    /// Where frames are put together. Longer than any, so that each number in a frame has a whole
+    /// word to be written in.
+    content: Box<[u8; ROOM]>,
     next_index: u64,
 }
+
+/// The longest content and a word behind it.
+const ROOM: usize = MAX_CONTENT_LEN + 8;
 
 impl Encoder {
     /// An encoder whose first frame has index zero.
@@ -49,7 +57,8 @@ impl Encoder {
     /// An encoder whose first frame has index `first_index`: a gyro that has been running.
     #[must_use]
     pub fn starting_at(spec: &FrameSpec, first_index: u64) -> Self {
-        Self { spec: spec.clone(), next_index: first_index }
+        let limits = spec.fields.iter().map(|field| (field.raw_min(), field.raw_max())).collect();
+        Self { spec: spec.clone(), limits, content: Box::new([0; ROOM]), next_index: first_index }
     }
 
     /// Index of the next frame; the counter on the wire is this modulo the layout's modulus.
@@ -67,23 +76,23 @@ impl Encoder {
     /// [`crate::FieldSpec::from_si`] and the gyro model do that, knowing why.
     pub fn encode(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         self.refuse_unfit(raw)?;
-        let mut buffer = [0; MAX_CONTENT_LEN];
-        let content = &mut buffer[..self.spec.len];
-        if !is_text(&self.spec) {
-            content[..self.spec.sync.len()].copy_from_slice(&self.spec.sync);
+        let Self { spec, content, next_index, .. } = self;
+        content[..spec.len].fill(0);
+        if !is_text(spec) {
+            content[..spec.sync.len()].copy_from_slice(&spec.sync);
         }
-        for (field, value) in self.spec.fields.iter().zip(raw) {
+        for (field, value) in spec.fields.iter().zip(raw) {
             if carried(field.when, raw) {
-                field.write(*value, content);
+                field.write(*value, &mut content[..]);
             }
         }
-        if let Some(sequence) = &self.spec.sequence {
-            sequence.write(self.next_index, content);
+        if let Some(sequence) = &spec.sequence {
+            sequence.write(*next_index, &mut content[..]);
         }
-        if !is_text(&self.spec) {
-            self.spec.check.write(content);
+        if !is_text(spec) {
+            spec.check.write(&mut content[..]);
         }
-        kind::emit(&self.spec, content, out);
+        kind::emit(spec, &content[..spec.len], out);
         self.next_index = self.next_index.wrapping_add(1);
         Ok(())
     }
@@ -93,8 +102,7 @@ impl Encoder {
         if all.len() != fields.len() {
             return Err(EncodeError::FieldCount { found: all.len(), expected: fields.len() });
         }
-        for (field, &raw) in fields.iter().zip(all) {
-            let (min, max) = (field.raw_min(), field.raw_max());
+        for ((field, &raw), &(min, max)) in fields.iter().zip(all).zip(&self.limits) {
             if carried(field.when, all) && !(min..=max).contains(&raw) {
                 let field = field.name.clone();
                 return Err(EncodeError::RawOutOfRange { field, raw, min, max });

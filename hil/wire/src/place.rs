@@ -54,7 +54,31 @@ impl Place {
     }
 
     /// Puts the low bits of `code` there and leaves all other bits as they are.
+    #[inline]
     pub(crate) fn write(&self, code: u64, frame: &mut [u8]) {
+        match frame[self.at..].first_chunk_mut() {
+            Some(front) if self.byte_bits == 8 => self.write_in_word(code, front),
+            _ => self.write_by_bytes(code, frame),
+        }
+    }
+
+    /// The same in the eight bytes that begin with the container.
+    #[inline]
+    fn write_in_word(&self, code: u64, front: &mut [u8; 8]) {
+        let (set, clear) = ((code & self.mask()) << self.shift, self.mask() << self.shift);
+        match self.endian {
+            Endian::Little => {
+                *front = ((u64::from_le_bytes(*front) & !clear) | set).to_le_bytes();
+            }
+            Endian::Big => {
+                let below = 8 * (8 - self.bytes);
+                let word = u64::from_be_bytes(*front);
+                *front = ((word & !(clear << below)) | (set << below)).to_be_bytes();
+            }
+        }
+    }
+
+    fn write_by_bytes(&self, code: u64, frame: &mut [u8]) {
         let (mut set, mut clear) = ((code & self.mask()) << self.shift, self.mask() << self.shift);
         let byte_mask = (1_u64 << self.byte_bits) - 1;
         for k in 0..self.bytes {
@@ -147,6 +171,12 @@ mod tests {
             let mut frame = before;
             place.write(code, &mut frame);
             prop_assert_eq!(place.read(&frame), code & place.mask());
+            // With room behind it is written another way.
+            let mut long = [0x55; 16];
+            long[..7].copy_from_slice(&before);
+            place.write(code, &mut long);
+            prop_assert_eq!(&long[..7], &frame);
+            prop_assert_eq!(&long[7..], &[0x55; 9]);
             let mine = place.footprint();
             for k in 0..7 {
                 prop_assert_eq!((frame[k] ^ before[k]) & !mine[k], 0);

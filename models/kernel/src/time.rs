@@ -4,7 +4,7 @@ use std::fmt;
 
 const NS_PER_S: f64 = 1e9;
 /// A grid repeats exactly after this long, so rates are resolved to 1 mHz.
-const GRID_INTERVAL_NS: i64 = 1_000_000_000_000;
+const GRID_INTERVAL_NS: u64 = 1_000_000_000_000;
 const GRID_INTERVAL_S: f64 = 1e3;
 
 /// A point in simulated time, in whole nanoseconds since the start of the run.
@@ -71,7 +71,12 @@ impl SimTime {
     /// Seconds from `earlier` to `self`; negative when `earlier` is later.
     #[must_use]
     pub fn seconds_since(self, earlier: Self) -> f64 {
-        (i128::from(self.0) - i128::from(earlier.0)) as f64 / NS_PER_S
+        // Sums of 128 bits are functions, and this is asked for in every step of everything.
+        let span_ns = match self.0.checked_sub(earlier.0) {
+            Some(span_ns) => span_ns as f64,
+            None => (i128::from(self.0) - i128::from(earlier.0)) as f64,
+        };
+        span_ns / NS_PER_S
     }
 }
 
@@ -108,6 +113,20 @@ impl SampleGrid {
     /// The `k`-th instant, rounded to the nanosecond; saturates at the end of time.
     #[must_use]
     pub fn time_of(&self, k: u64) -> SimTime {
+        self.time_in_64_bits(k).unwrap_or_else(|| self.time_in_128_bits(k))
+    }
+
+    /// Whole intervals and the rest by themselves: the same number, wherever it can be formed.
+    #[inline]
+    fn time_in_64_bits(&self, k: u64) -> Option<SimTime> {
+        let n = self.samples_per_interval.cast_unsigned();
+        let rest_ns = ((k % n).checked_mul(GRID_INTERVAL_NS)?.checked_add(n / 2)?) / n;
+        let offset_ns = (k / n).checked_mul(GRID_INTERVAL_NS)?.checked_add(rest_ns)?;
+        Some(SimTime(self.origin.0.checked_add_unsigned(offset_ns)?))
+    }
+
+    #[cold]
+    fn time_in_128_bits(&self, k: u64) -> SimTime {
         let n = i128::from(self.samples_per_interval);
         let offset_ns = (i128::from(k) * i128::from(GRID_INTERVAL_NS) + n / 2) / n;
         let ns = i128::from(self.origin.0).saturating_add(offset_ns);
@@ -162,6 +181,27 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn an_instant_is_the_same_in_64_bits_and_in_128(
+            rate_mhz in 1_u64..1_000_000_000_000,
+            coarse in 1_u32..20_000_000,
+            k in any::<u64>(),
+            few in 0_u64..10_000_000_000,
+            origin_ns in any::<i64>(),
+        ) {
+            let origin = SimTime::from_ns(origin_ns);
+            for rate_hz in [rate_mhz as f64 / 1e3, f64::from(coarse) / 1e3] {
+                let grid = SampleGrid::new(origin, rate_hz).unwrap();
+                for k in [k, few] {
+                    let quick = grid.time_in_64_bits(k);
+                    prop_assert!(quick.is_none_or(|quick| quick == grid.time_in_128_bits(k)));
+                }
+            }
+            // The usual ones take the quick way.
+            let grid = SampleGrid::new(SimTime::ZERO, f64::from(coarse) / 1e3).unwrap();
+            prop_assert!(coarse > 18_000_000 || grid.time_in_64_bits(few).is_some());
+        }
+
         #[test]
         fn counting_periods_inverts_the_grid(
             rate_mhz in 1_u32..2_000_000_000,
