@@ -116,6 +116,8 @@ pub(crate) struct Timeline {
     impulses: Vec<Impulse>,
     next_impulse: usize,
     cell: u64,
+    /// See [`Self::next_change`]; kept, for it is asked for with every sample.
+    next_change: Option<SimTime>,
 }
 
 #[derive(Debug, Clone)]
@@ -144,11 +146,17 @@ impl Timeline {
         });
         let mut impulses = d.impulses.clone();
         impulses.sort_by_key(|impulse| impulse.time);
-        Ok(Self { grid, noise, poisson, impulses, next_impulse: 0, cell: 0 })
+        let (next_impulse, cell, next_change) = (0, 0, None);
+        let timeline = Self { grid, noise, poisson, impulses, next_impulse, cell, next_change };
+        Ok(Self { next_change: timeline.change_ahead(), ..timeline })
     }
 
     /// The next instant at which something changes.
     pub(crate) fn next_change(&self) -> Option<SimTime> {
+        self.next_change
+    }
+
+    fn change_ahead(&self) -> Option<SimTime> {
         let cells_matter = self.noise.is_some() || self.poisson.is_some();
         let cell = cells_matter.then(|| self.grid.time_of(self.cell + 1));
         let impulse = self.impulses.get(self.next_impulse).map(|impulse| impulse.time);
@@ -168,6 +176,7 @@ impl Timeline {
             self.cell += 1;
             acting.extend(self.random_impulse(self.cell));
         }
+        self.next_change = self.change_ahead();
         acting
     }
 
