@@ -40,7 +40,9 @@ pub use filter::Filter;
 pub use integration::PlainIntegration;
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
-pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
+pub use rest::{
+    RestError, half_range_squared, measurement_variance_from_rest, quantiser_variance_factor,
+};
 pub use state_bytes::RestoreError;
 pub use status::Status;
 
