@@ -87,6 +87,36 @@ impl<M: Motion> Filter<M> {
         })
     }
 
+    /// The papers' N.
+    pub(crate) fn refinement_samples(&self) -> u32 {
+        self.refinement.samples
+    }
+
+    /// R, rad²/s².
+    pub(crate) fn r(&self) -> f64 {
+        self.measurement_variance_rad2_s2
+    }
+
+    /// Density of white angular acceleration, rad²/s³.
+    pub(crate) fn noise(&self) -> f64 {
+        self.process_noise_rad2_s3
+    }
+
+    pub(crate) fn transition_over(&self, span_s: f64) -> Transition {
+        self.motion.transition(span_s)
+    }
+
+    pub(crate) fn unrefined(&self) -> Unrefined {
+        let Carried { belief, since_update_s } = self.state.carried;
+        Unrefined { belief, since_update_s, integral_rad: self.state.integral_rad }
+    }
+
+    pub(crate) fn set_unrefined(&mut self, state: &Unrefined) {
+        let Unrefined { belief, since_update_s, integral_rad } = *state;
+        self.state.carried = Carried { belief, since_update_s };
+        self.state.integral_rad = integral_rad;
+    }
+
     /// The transition over `span_s`, if that can be predicted over.
     #[inline]
     fn transition(&mut self, span_s: f64) -> Result<Transition, EstimatorError> {
@@ -222,6 +252,16 @@ impl<M: Motion> Filter<M> {
         }
         Ok(Some(refined))
     }
+}
+
+/// What evolves in a filter without refinement.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unrefined {
+    pub(crate) belief: Belief,
+    /// Seconds predicted since the last measurement.
+    pub(crate) since_update_s: f64,
+    /// Plain integral of the measured rate.
+    pub(crate) integral_rad: f64,
 }
 
 /// A belief, and how far it has been carried without a measurement.

@@ -24,6 +24,7 @@ mod config;
 mod covariance;
 mod filter;
 mod integration;
+mod lanes;
 mod motion;
 mod refinement;
 mod rest;
@@ -38,6 +39,7 @@ pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
 pub use filter::Filter;
 pub use integration::PlainIntegration;
+pub use lanes::{FilterLanes, LaneErrors};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{
