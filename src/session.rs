@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use struna_body::Backend;
-use struna_estimator::{Filter, PlainIntegration, RateEstimator, Reading};
+use struna_estimator::{Filter, PlainIntegration, RateEstimator};
 use struna_gyro::Gyro;
 use struna_harness::fault::Injector;
 use struna_harness::{
@@ -179,10 +179,6 @@ fn parameters(plan: &EstimatorPlan) -> Vec<Parameter> {
         value: ParameterValue::Int32(value),
     };
     let c = &plan.config;
-    let reading = match c.refinement.reading {
-        Reading::M0 => 0,
-        _ => 6,
-    };
     let samples = i32::try_from(c.refinement.samples).unwrap_or(i32::MAX);
     let mut parameters = vec![
         float("angle_start_rad", c.angle_start_rad),
@@ -192,7 +188,7 @@ fn parameters(plan: &EstimatorPlan) -> Vec<Parameter> {
         float("measurement_variance_rad2_s2", c.measurement_variance_rad2_s2),
         float("process_noise_rad2_s3", c.process_noise_rad2_s3),
         integer("refinement_samples", samples),
-        integer("refinement_reading", reading),
+        integer("refinement_reading", c.refinement.reading.number()),
     ];
     if let EstimatorKind::TorsionalOscillation { period_s } = plan.kind {
         parameters.push(float("period_s", period_s));

@@ -183,7 +183,12 @@ fn refinement(table: &Table<'_>) -> Result<Refinement> {
         None => 0,
     };
     let reading = match table.optional("refinement_reading") {
-        Some(reading) => reading.word(&[("M0", Reading::M0), ("M6", Reading::M6)])?,
+        Some(reading) => reading.word(&[
+            ("M0", Reading::M0),
+            ("M1", Reading::M1),
+            ("M4", Reading::M4),
+            ("M6", Reading::M6),
+        ])?,
         None => Reading::M6,
     };
     Ok(Refinement { samples, reading })

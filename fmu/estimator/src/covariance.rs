@@ -28,6 +28,21 @@ impl Covariance {
         Self { angle_rad2, cross_rad2_s: 0.0, rate_rad2_s2 }
     }
 
+    /// Angle and rate known for certain.
+    pub(crate) const ZERO: Self = Self::diagonal(0.0, 0.0);
+
+    /// The sum of two.
+    ///
+    /// # Errors
+    /// [`EstimatorError::Overflow`] when it leaves the range of floating point.
+    pub(crate) fn plus(self, other: Self) -> Result<Self, EstimatorError> {
+        Ok(Self {
+            angle_rad2: in_range(self.angle_rad2 + other.angle_rad2)?,
+            cross_rad2_s: in_range(self.cross_rad2_s + other.cross_rad2_s)?,
+            rate_rad2_s2: in_range(self.rate_rad2_s2 + other.rate_rad2_s2)?,
+        })
+    }
+
     /// P⁻ = Φ·P·Φᵀ + q·Q, with Q the transition's noise for unit density.
     #[inline]
     pub(crate) fn predicted(self, t: &Transition, q_rad2_s3: f64) -> Result<Self, EstimatorError> {

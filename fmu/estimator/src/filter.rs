@@ -3,7 +3,7 @@
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::covariance::Gain;
-use crate::refinement::Accumulator;
+use crate::refinement::{Accumulator, Surprise};
 use crate::state_bytes::{Reader, RestoreError, Writer};
 use crate::{
     Belief, Covariance, EstimatorError, FilterConfig, Innovation, Motion, PermanentRotation,
@@ -30,9 +30,11 @@ pub struct Filter<M> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State {
     carried: Carried,
-    /// Plain integral of the measured rate, which reading M6 compares the angle with.
+    /// Plain integral of the measured rate, which readings M4 and M6 compare the angle with.
     integral_rad: f64,
     surprises: Accumulator,
+    /// What reading M1 adds ahead of every update; zero in the others.
+    added: Covariance,
 }
 
 impl Filter<PermanentRotation> {
@@ -79,9 +81,40 @@ impl<M: Motion> Filter<M> {
                 },
                 integral_rad: config.angle_start_rad,
                 surprises: Accumulator::default(),
+                added: Covariance::ZERO,
             },
             cached,
         })
+    }
+
+    /// The papers' N.
+    pub(crate) fn refinement_samples(&self) -> u32 {
+        self.refinement.samples
+    }
+
+    /// R, rad²/s².
+    pub(crate) fn r(&self) -> f64 {
+        self.measurement_variance_rad2_s2
+    }
+
+    /// Density of white angular acceleration, rad²/s³.
+    pub(crate) fn noise(&self) -> f64 {
+        self.process_noise_rad2_s3
+    }
+
+    pub(crate) fn transition_over(&self, span_s: f64) -> Transition {
+        self.motion.transition(span_s)
+    }
+
+    pub(crate) fn unrefined(&self) -> Unrefined {
+        let Carried { belief, since_update_s } = self.state.carried;
+        Unrefined { belief, since_update_s, integral_rad: self.state.integral_rad }
+    }
+
+    pub(crate) fn set_unrefined(&mut self, state: &Unrefined) {
+        let Unrefined { belief, since_update_s, integral_rad } = *state;
+        self.state.carried = Carried { belief, since_update_s };
+        self.state.integral_rad = integral_rad;
     }
 
     /// The transition over `span_s`, if that can be predicted over.
@@ -141,7 +174,10 @@ impl<M: Motion> Filter<M> {
     fn updated(&self, from: &Carried, rate_rad_s: f64) -> Result<Updated, EstimatorError> {
         check_measurement(rate_rad_s)?;
         let r = self.measurement_variance_rad2_s2;
-        let predicted = from.belief;
+        let mut predicted = from.belief;
+        if self.adds_at_every_update() {
+            predicted.covariance = self.with_added(predicted.covariance)?;
+        }
         let variance_rad2_s2 = predicted.covariance.rate_rad2_s2 + r;
         if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 <= f64::MAX) {
             return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
@@ -160,48 +196,72 @@ impl<M: Motion> Filter<M> {
             covariance: predicted.covariance.updated(gain, r)?,
         };
         let innovation = (integral_rad - predicted.angle_rad, residual_rad_s);
-        let surprises = self.refine(&mut belief.covariance, Surprise { correction, innovation })?;
+        let refined = self.refine(&mut belief.covariance, &Surprise { correction, innovation })?;
         in_range(belief.angle_rad + belief.rate_rad_s + integral_rad)?;
         let innovation = Innovation { residual_rad_s, variance_rad2_s2 };
-        Ok(Updated { belief, integral_rad, surprises, innovation })
+        Ok(Updated { belief, integral_rad, refined, innovation })
     }
 
     #[inline(always)]
     fn take_over(&mut self, updated: Updated) -> Innovation {
         self.state.carried = Carried { belief: updated.belief, since_update_s: 0.0 };
         self.state.integral_rad = updated.integral_rad;
-        if let Some(surprises) = updated.surprises {
-            self.state.surprises = surprises;
+        if let Some(refined) = updated.refined {
+            self.state.surprises = refined.surprises;
+            if let Some(added) = refined.added {
+                self.state.added = added;
+            }
         }
         updated.innovation
     }
 
+    #[inline]
+    fn adds_at_every_update(&self) -> bool {
+        self.refinement.reading == Reading::M1 && self.refinement.samples != 0
+    }
+
+    /// Out of line and cold: were the sums in line, they might become part of the path that every
+    /// other reading's step waits for.
+    #[cold]
+    #[inline(never)]
+    fn with_added(&self, covariance: Covariance) -> Result<Covariance, EstimatorError> {
+        covariance.plus(self.state.added)
+    }
+
     /// Collects the surprise of this update and, every N samples, puts the covariance that the
-    /// surprises show in place of `covariance`. Gives the collection to keep once the update has
-    /// gone through; none when the refinement is off.
+    /// surprises show to use as the reading says. Gives what to keep once the update has gone
+    /// through; none when the refinement is off.
     #[inline]
     fn refine(
         &self,
         covariance: &mut Covariance,
-        surprise: Surprise,
-    ) -> Result<Option<Accumulator>, EstimatorError> {
+        surprise: &Surprise,
+    ) -> Result<Option<Refined>, EstimatorError> {
         let Refinement { samples, reading } = self.refinement;
         if samples == 0 {
             return Ok(None);
         }
-        let (q_angle_rad, q_rate_rad_s) = match reading {
-            Reading::M0 => surprise.correction,
-            Reading::M6 => surprise.innovation,
-        };
-        let mut collected = self.state.surprises;
-        if let Some(mean) = collected.add(q_angle_rad, q_rate_rad_s, samples)? {
-            *covariance = match reading {
-                Reading::M0 => mean,
-                Reading::M6 => Covariance { cross_rad2_s: 0.0, ..mean },
-            };
+        let (q_angle_rad, q_rate_rad_s) = surprise.q(reading);
+        let mut refined = Refined { surprises: self.state.surprises, added: None };
+        if let Some(mean) = refined.surprises.add(q_angle_rad, q_rate_rad_s, samples)? {
+            match reading {
+                Reading::M0 | Reading::M4 => *covariance = mean,
+                Reading::M1 => refined.added = Some(mean),
+                Reading::M6 => *covariance = Covariance { cross_rad2_s: 0.0, ..mean },
+            }
         }
-        Ok(Some(collected))
+        Ok(Some(refined))
     }
+}
+
+/// What evolves in a filter without refinement.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unrefined {
+    pub(crate) belief: Belief,
+    /// Seconds predicted since the last measurement.
+    pub(crate) since_update_s: f64,
+    /// Plain integral of the measured rate.
+    pub(crate) integral_rad: f64,
 }
 
 /// A belief, and how far it has been carried without a measurement.
@@ -218,17 +278,16 @@ struct Updated {
     belief: Belief,
     integral_rad: f64,
     /// None when the refinement is off.
-    surprises: Option<Accumulator>,
+    refined: Option<Refined>,
     innovation: Innovation,
 }
 
-/// One update's q in both readings, as (angle, rate).
+/// What the refinement keeps of an update.
 #[derive(Debug, Clone, Copy)]
-struct Surprise {
-    /// How far the update moved the belief.
-    correction: (f64, f64),
-    /// How far the integral of the rate and the rate lie from the prediction.
-    innovation: (f64, f64),
+struct Refined {
+    surprises: Accumulator,
+    /// What is to be added from now on, if that has changed.
+    added: Option<Covariance>,
 }
 
 /// Each step waits for the covariance of the step before, so what counts is that path alone. Hence
@@ -252,17 +311,26 @@ impl<M: Motion> RateEstimator for Filter<M> {
         self.state.carried.belief
     }
 
+    /// Reading M1 alone has more to save.
     fn saved_len(&self) -> usize {
-        State::SAVED_LEN
+        State::SAVED_LEN + if self.adds_at_every_update() { State::ADDED_LEN } else { 0 }
     }
 
     fn save(&self, out: &mut [u8]) {
-        self.state.write(&mut Writer::new(out));
+        let mut writer = Writer::new(out);
+        self.state.write(&mut writer);
+        if self.adds_at_every_update() {
+            write_covariance(&mut writer, &self.state.added);
+        }
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
-        let mut reader = Reader::new(bytes, State::SAVED_LEN)?;
-        self.state = State::read(&mut reader)?;
+        let mut reader = Reader::new(bytes, self.saved_len())?;
+        let mut state = State::read(&mut reader)?;
+        if self.adds_at_every_update() {
+            state.added = read_covariance(&mut reader)?;
+        }
+        self.state = state;
         Ok(())
     }
 }
@@ -270,14 +338,14 @@ impl<M: Motion> RateEstimator for Filter<M> {
 impl State {
     /// Ten numbers and a counter.
     const SAVED_LEN: usize = 10 * 8 + 4;
+    /// Three numbers more.
+    const ADDED_LEN: usize = 3 * 8;
 
     fn write(&self, out: &mut Writer<'_>) {
         let Belief { angle_rad, rate_rad_s, covariance } = self.carried.belief;
         out.f64(angle_rad);
         out.f64(rate_rad_s);
-        out.f64(covariance.angle_rad2);
-        out.f64(covariance.cross_rad2_s);
-        out.f64(covariance.rate_rad2_s2);
+        write_covariance(out, &covariance);
         out.f64(self.carried.since_update_s);
         out.f64(self.integral_rad);
         out.f64(self.surprises.angle_rad2);
@@ -292,11 +360,7 @@ impl State {
                 belief: Belief {
                     angle_rad: bytes.finite("angle_rad")?,
                     rate_rad_s: bytes.finite("rate_rad_s")?,
-                    covariance: Covariance {
-                        angle_rad2: bytes.finite("angle variance")?,
-                        cross_rad2_s: bytes.finite("angle-rate covariance")?,
-                        rate_rad2_s2: bytes.finite("rate variance")?,
-                    },
+                    covariance: read_covariance(bytes)?,
                 },
                 since_update_s: bytes.finite("since_update_s")?,
             },
@@ -307,8 +371,23 @@ impl State {
                 rate_rad2_s2: bytes.finite("rate surprise")?,
                 count: bytes.u32(),
             },
+            added: Covariance::ZERO,
         })
     }
+}
+
+fn write_covariance(out: &mut Writer<'_>, covariance: &Covariance) {
+    out.f64(covariance.angle_rad2);
+    out.f64(covariance.cross_rad2_s);
+    out.f64(covariance.rate_rad2_s2);
+}
+
+fn read_covariance(bytes: &mut Reader<'_>) -> Result<Covariance, RestoreError> {
+    Ok(Covariance {
+        angle_rad2: bytes.finite("angle variance")?,
+        cross_rad2_s: bytes.finite("angle-rate covariance")?,
+        rate_rad2_s2: bytes.finite("rate variance")?,
+    })
 }
 
 #[cfg(test)]
@@ -330,7 +409,7 @@ mod tests {
 
     #[test]
     fn a_step_is_a_prediction_and_an_update_to_the_bit() {
-        for reading in [Reading::M0, Reading::M6] {
+        for reading in Reading::ALL {
             let (mut at_once, mut in_two) = (torsion(reading), torsion(reading));
             for k in 0..100_u32 {
                 let rate_rad_s = (f64::from(k) * 0.7).cos();

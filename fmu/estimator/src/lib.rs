@@ -27,6 +27,7 @@ mod covariance;
 mod filter;
 mod hysteresis;
 mod integration;
+mod lanes;
 mod motion;
 mod refinement;
 mod rest;
@@ -42,9 +43,12 @@ pub use covariance::Covariance;
 pub use filter::Filter;
 pub use hysteresis::{DahlFilter, HysteresisBank, LearntYield, MEMBERS, YieldPrior};
 pub use integration::PlainIntegration;
+pub use lanes::{FilterLanes, LaneErrors};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
-pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
+pub use rest::{
+    RestError, half_range_squared, measurement_variance_from_rest, quantiser_variance_factor,
+};
 pub use state_bytes::RestoreError;
 pub use status::Status;
 

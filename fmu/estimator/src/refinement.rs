@@ -1,9 +1,9 @@
-//! Covariance refinement: every N samples the filter's covariance is replaced by one estimated
-//! from its own recent surprises.
+//! Covariance refinement: every N samples the filter estimates a covariance from its own recent
+//! surprises and puts it in place of the one it has.
 //!
 //! The papers' Table 3 defines it, and its literal text does not reproduce the papers' own
 //! results: with q = x⁺ − Φ·x⁺ the estimated covariance is K·S·Kᵀ, and each insertion extinguishes
-//! the gain faster. Two readings are kept and named.
+//! the gain faster. Four readings are kept and named.
 
 use crate::checks::in_range;
 use crate::{Covariance, EstimatorError};
@@ -22,17 +22,74 @@ impl Refinement {
     pub const OFF: Self = Self { samples: 0, reading: Reading::M6 };
 }
 
-/// Readings of the papers' covariance refinement.
+/// Readings of the papers' covariance refinement. Q̂ is the mean of q·qᵀ over the last N updates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reading {
-    /// The literal text: q = x⁺ − Φ·x⁺(previous); P ← mean(q·qᵀ).
+    /// The literal text: q = x⁺ − Φ·x⁺(previous); P ← Q̂.
     M0,
-    /// q = (integral of the rate − predicted angle, innovation); P ← diag(mean(q·qᵀ)).
+    /// q as in M0, and Q̂ taken for process noise: P⁻ ← P⁻ + Q̂ ahead of every update, none before
+    /// the first Q̂ is there. This is the usual adaptive filter; the papers' "initial conditions
+    /// of the Riccati solution" speak against it.
+    ///
+    /// Added once for each measurement, not for each span predicted over: so it does not matter
+    /// into how many spans the time between two measurements is cut.
+    M1,
+    /// q = (integral of the rate − angle, measured rate − rate), both after the update; P ← Q̂.
+    ///
+    /// At small N, Q̂ is nearly singular and the filter's angle runs away.
+    M4,
+    /// q = (integral of the rate − predicted angle, innovation); P ← diag(Q̂).
     ///
     /// An interpretation: it agrees best with what the papers show, but no line of theirs says
     /// "diagonal".
     M6,
+}
+
+impl Reading {
+    /// All readings, in the order of their numbers.
+    pub const ALL: [Self; 4] = [Self::M0, Self::M1, Self::M4, Self::M6];
+
+    /// The number in the reading's name, which is also its value as the parameter of an FMU.
+    #[must_use]
+    pub const fn number(self) -> i32 {
+        match self {
+            Self::M0 => 0,
+            Self::M1 => 1,
+            Self::M4 => 4,
+            Self::M6 => 6,
+        }
+    }
+
+    /// The reading with this number, if there is one.
+    #[must_use]
+    pub fn from_number(number: i32) -> Option<Self> {
+        Self::ALL.into_iter().find(|reading| reading.number() == number)
+    }
+}
+
+/// One update's surprise, as (angle, rate).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Surprise {
+    /// How far the update moved the belief.
+    pub(crate) correction: (f64, f64),
+    /// How far the integral of the rate and the rate lie from the prediction.
+    pub(crate) innovation: (f64, f64),
+}
+
+impl Surprise {
+    /// What `reading` takes for q.
+    #[inline]
+    pub(crate) fn q(&self, reading: Reading) -> (f64, f64) {
+        match reading {
+            Reading::M0 | Reading::M1 => self.correction,
+            // What the correction has left of the innovation.
+            Reading::M4 => {
+                (self.innovation.0 - self.correction.0, self.innovation.1 - self.correction.1)
+            }
+            Reading::M6 => self.innovation,
+        }
+    }
 }
 
 /// Running sums of q·qᵀ.
@@ -80,6 +137,23 @@ impl Accumulator {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reading_is_known_by_its_number() {
+        for reading in Reading::ALL {
+            assert_eq!(Reading::from_number(reading.number()), Some(reading));
+        }
+        assert_eq!(Reading::from_number(3), None);
+    }
+
+    #[test]
+    fn what_is_left_after_an_update_is_the_innovation_less_the_correction() {
+        let surprise = Surprise { correction: (0.25, 0.5), innovation: (1.0, 4.0) };
+        assert_eq!(surprise.q(Reading::M0), (0.25, 0.5));
+        assert_eq!(surprise.q(Reading::M1), (0.25, 0.5));
+        assert_eq!(surprise.q(Reading::M4), (0.75, 3.5));
+        assert_eq!(surprise.q(Reading::M6), (1.0, 4.0));
+    }
 
     #[test]
     fn the_mean_comes_with_the_last_sample_and_then_all_starts_afresh() {

@@ -22,6 +22,9 @@ fn config(refinement: Refinement) -> FilterConfig {
 
 fn all() -> Vec<(&'static str, Box<dyn RateEstimator>)> {
     let m0 = config(Refinement { samples: 5, reading: Reading::M0 });
+    let m1 = config(Refinement { samples: 5, reading: Reading::M1 });
+    // M4 with few samples diverges, as it should: see papers.
+    let m4 = config(Refinement { samples: 50, reading: Reading::M4 });
     let m6 = config(Refinement { samples: 7, reading: Reading::M6 });
     let off = config(Refinement::OFF);
     vec![
@@ -30,6 +33,8 @@ fn all() -> Vec<(&'static str, Box<dyn RateEstimator>)> {
         ("rotation M6", Box::new(Filter::permanent_rotation(m6).unwrap())),
         ("torsion", Box::new(Filter::torsional_oscillation(off, 480.0).unwrap())),
         ("torsion M0", Box::new(Filter::torsional_oscillation(m0, 480.0).unwrap())),
+        ("torsion M1", Box::new(Filter::torsional_oscillation(m1, 480.0).unwrap())),
+        ("torsion M4", Box::new(Filter::torsional_oscillation(m4, 480.0).unwrap())),
         ("torsion M6", Box::new(Filter::torsional_oscillation(m6, 480.0).unwrap())),
     ]
 }

@@ -157,7 +157,7 @@ pub(crate) const COMMON_VARIABLES: [Variable; COMMON_ROWS] = {
             Parameter,
             "refinement_reading",
             Domain::int32(6, 0, 6),
-            "Reading of the refinement formula: 0 for M0, 6 for M6.",
+            "Reading of the refinement formula: 0 for M0, 1 for M1, 4 for M4, 6 for M6.",
         ),
     ]
 };
@@ -271,11 +271,8 @@ fn refinement(values: &Values) -> Result<Refinement, ModelError> {
     Ok(Refinement {
         samples: u32::try_from(samples)
             .map_err(|_| bad(REFINEMENT_SAMPLES, samples, "it must not be negative"))?,
-        reading: match reading {
-            0 => Reading::M0,
-            6 => Reading::M6,
-            _ => return Err(bad(REFINEMENT_READING, reading, "it must be 0 (M0) or 6 (M6)")),
-        },
+        reading: Reading::from_number(reading)
+            .ok_or_else(|| bad(REFINEMENT_READING, reading, "it must be 0, 1, 4 or 6"))?,
     })
 }
 
