@@ -163,8 +163,8 @@ fn tangents_are_the_derivatives_of_the_step_itself() {
         for column in 0..MOTION_TANGENTS {
             let slope = difference(&general_point(), column, |x| flow(x, steps, span_s));
             let scale = slope.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-            for i in 0..MOTION_STATES {
-                let (ours, theirs) = (tangents.0[i][column], slope[i]);
+            for (i, (row, theirs)) in tangents.0.iter().zip(slope).enumerate() {
+                let ours = row[column];
                 // The difference errs by 1e-12 of a fifth derivative, some 1e3 of the first over
                 // two seconds of swing, and by the rounding of 200 steps over 1e-3 of the entry.
                 let off = (ours - theirs).abs() / scale;
