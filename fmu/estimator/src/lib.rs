@@ -46,7 +46,8 @@ pub use state_bytes::RestoreError;
 pub use status::Status;
 pub use swing::{
     ExpectedRate, InputAxis, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters,
-    MotionState, SwingBody, SwingConfig, SwingMotion, Tangents,
+    MotionState, SWING_STATES, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingMotion,
+    Tangents,
 };
 
 /// What an estimator believes: the mean and covariance of (angle, rate).

@@ -6,9 +6,11 @@
 //! the twist with all its turns, and the three rates.
 
 mod config;
+mod filter;
 mod motion;
 
 pub use config::{InputAxis, SwingBody, SwingConfig};
+pub use filter::{SWING_STATES, SwingBelief, SwingFilter};
 pub use motion::{
     ExpectedRate, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState,
     SwingMotion, Tangents,
