@@ -47,7 +47,7 @@ pub use status::Status;
 pub use swing::{
     ExpectedRate, InputAxis, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters,
     MotionState, SWING_STATES, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingMotion,
-    Tangents,
+    Tangents, ThreeAxisFilter,
 };
 
 /// What an estimator believes: the mean and covariance of (angle, rate).

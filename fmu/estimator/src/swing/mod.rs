@@ -8,6 +8,7 @@
 mod config;
 mod filter;
 mod motion;
+mod three_axes;
 
 pub use config::{InputAxis, SwingBody, SwingConfig};
 pub use filter::{SWING_STATES, SwingBelief, SwingFilter};
@@ -15,3 +16,4 @@ pub use motion::{
     ExpectedRate, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState,
     SwingMotion, Tangents,
 };
+pub use three_axes::ThreeAxisFilter;
