@@ -243,3 +243,20 @@ fn a_span_is_cut_into_steps_that_follow_the_swing() {
         assert_eq!(motion.steps_in(span_s), steps, "{span_s}");
     }
 }
+
+#[test]
+fn a_long_span_is_its_steps_and_a_longer_one_is_refused() {
+    let motion = SwingMotion::new(&BODY);
+    let (start, parameters) = split(&general_point());
+    let (mut state, mut tangents) = (start, Tangents::START);
+    for _ in 0..67 {
+        let span_s = 1.0 / 67.0;
+        state = motion.step_with_tangents(&state, &parameters, span_s, &mut tangents).unwrap();
+    }
+    let mut at_once = Tangents::START;
+    let later = motion.advance_with_tangents(&start, &parameters, 1.0, &mut at_once);
+    assert_eq!((later, at_once), (Ok(state), tangents));
+    let refused = motion.advance_with_tangents(&start, &parameters, 1e4, &mut at_once);
+    assert!(matches!(refused, Err(EstimatorError::SpanTooLong { .. })));
+    assert_eq!(at_once, tangents);
+}
