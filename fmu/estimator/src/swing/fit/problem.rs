@@ -64,6 +64,8 @@ pub(super) struct Problem {
     /// Step of the model and how many of them make an averaged sample.
     pub(super) step_s: f64,
     pub(super) substeps: u32,
+    /// Whether derivatives good enough to tell valleys apart will do.
+    pub(super) rough: bool,
     /// 1/√R of an averaged sample.
     pub(super) inverse_noise: f64,
     pub(super) mean: Unknowns,
@@ -84,6 +86,7 @@ impl Problem {
             first_s: 0.0,
             step_s: 0.0,
             substeps: 1,
+            rough: false,
             inverse_noise: 0.0,
             mean,
             sigma,
@@ -102,6 +105,7 @@ impl Problem {
         // Averaging is chosen so that one step follows the swing; without it that is asked for.
         let substeps = if averaged > 1 { 1 } else { self.motion.steps_in(period_s) };
         self.substeps = substeps.min(SUBSTEPS_MAX);
+        self.rough = averaged > 1;
         self.first_s = 0.5 * (count - 1.0) * period_s;
         self.step_s = count * period_s / f64::from(self.substeps);
         self.inverse_noise = libm::sqrt(count / config.measurement_variance_rad2_s2);

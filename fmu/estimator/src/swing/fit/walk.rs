@@ -41,7 +41,11 @@ impl Walk {
     fn carry(&mut self, problem: &Problem, span_s: f64) -> bool {
         let (state, parameters) = (&self.state, &self.parameters);
         let tangents = &mut self.tangents;
-        let carried = problem.motion.step_with_tangents(state, parameters, span_s, tangents);
+        let carried = if problem.rough {
+            problem.motion.step_with_rough_tangents(state, parameters, span_s, tangents)
+        } else {
+            problem.motion.step_with_tangents(state, parameters, span_s, tangents)
+        };
         self.state = carried.unwrap_or(self.state);
         carried.is_ok()
     }
