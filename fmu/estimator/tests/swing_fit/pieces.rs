@@ -13,10 +13,10 @@ fn live(run: &Run, samples: usize, steps: usize) -> SwingFit {
     fit
 }
 
-fn accepted(fit: &SwingFit) -> &AcceptedFit {
+fn accepted(fit: &SwingFit) -> Option<&AcceptedFit> {
     match fit.outcome() {
-        FitOutcome::Accepted(fit) => fit,
-        other => panic!("{other:?}"),
+        FitOutcome::Accepted(fit) => Some(fit),
+        _ => None,
     }
 }
 
@@ -29,7 +29,7 @@ fn budgets_of_1_7_and_1000_steps_give_the_same_bits() {
         let mut fit = run.fit();
         while fit.work(steps) == Progress::Working {}
         // Debug prints every digit: the same text, the same bits.
-        assert_eq!(format!("{:?}", accepted(&fit)), format!("{whole:?}"), "{steps}");
+        assert_eq!(format!("{:?}", accepted(&fit)), format!("{:?}", Some(whole)), "{steps}");
     }
 }
 
@@ -40,10 +40,10 @@ fn work_between_samples_gives_the_same_bits() {
     let whole = whole.run_to_end().unwrap();
     let mut fit = live(&run, 6000, 31);
     while fit.work(31) == Progress::Working {}
-    assert_eq!(format!("{:?}", accepted(&fit)), format!("{whole:?}"));
+    assert_eq!(format!("{:?}", accepted(&fit)), format!("{:?}", Some(whole)));
     // With 64 steps a sample the fit is ready soon after its window.
     let fit = live(&run, 7000, 64);
-    assert_eq!(format!("{:?}", accepted(&fit)), format!("{whole:?}"));
+    assert_eq!(format!("{:?}", accepted(&fit)), format!("{:?}", Some(whole)));
     let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
     assert_eq!(fit.samples_after().len(), 1000);
     assert!(fit.samples_after().iter().zip(&run.measured_rad_s[6000..]).all(same));

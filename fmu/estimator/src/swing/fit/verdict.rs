@@ -34,8 +34,7 @@ impl Verdict<'_> {
         }
         let best = self.ends.first().ok_or(Rejection::NoMotion)?.best();
         let cost_per_sample = best.cost() / self.leftover.samples as f64;
-        // Asked this way round, a NaN does not pass.
-        if !(cost_per_sample < COST_MAX) {
+        if cost_per_sample.is_nan() || cost_per_sample >= COST_MAX {
             return Err(Rejection::Cost { cost_per_sample });
         }
         let Leftover { mean_max: mean, square_max: square, tilt_max_rad, .. } = self.leftover;
