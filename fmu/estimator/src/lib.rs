@@ -53,9 +53,10 @@ pub use rest::{
 pub use state_bytes::RestoreError;
 pub use status::Status;
 pub use swing::{
-    ExpectedRate, InputAxis, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters,
-    MotionState, SWING_STATES, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingMotion,
-    Tangents, ThreeAxisFilter,
+    AcceptedFit, ExpectedRate, FitOutcome, FitStarts, InputAxis, MOTION_PARAMETERS, MOTION_STATES,
+    MOTION_TANGENTS, MotionParameters, MotionState, Progress, Rejection, SWING_PRESENT_RAD,
+    SWING_STATES, SWING_UNKNOWNS, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingFit,
+    SwingMeter, SwingMotion, Tangents, ThreeAxisFilter,
 };
 
 /// What an estimator believes: the mean and covariance of (angle, rate).
