@@ -27,12 +27,13 @@ mod integration;
 mod motion;
 mod refinement;
 mod rest;
+mod smoother;
 mod state_bytes;
 mod status;
 
 pub use augmented::{
-    AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters, StartPrior,
-    TestedFilter,
+    Alarm, AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters,
+    StartPrior, TestedFilter,
 };
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
@@ -41,6 +42,9 @@ pub use integration::PlainIntegration;
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
+pub use smoother::{
+    FixedLag, Kick, LaggedFilter, RateRecord, RateSample, SmoothError, Smoothed, smooth,
+};
 pub use state_bytes::RestoreError;
 pub use status::Status;
 

@@ -125,6 +125,10 @@ impl AugmentedFilter {
 }
 
 impl Model {
+    pub(super) fn densities(&self) -> Densities {
+        self.q
+    }
+
     #[inline(always)]
     pub(super) fn predicted(&self, from: &State, span_s: f64) -> Result<State, EstimatorError> {
         check_span(span_s)?;

@@ -6,16 +6,21 @@
 //! linearised; here the only products are s·ω and d·ω, and ω is known well from the first sample
 //! on. The same filter in (φ, ω, s, d, b) is inconsistent: it claims less than half of its error.
 
+mod alarm;
 mod config;
 mod filter;
 mod history;
+mod pass;
 mod state;
 mod tested;
 mod transition;
 mod watch;
 mod windows;
 
+pub use alarm::Alarm;
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
+pub(crate) use history::WAY_BACK_MAX;
+pub(crate) use pass::{Link, Trace};
 pub use tested::TestedFilter;
 pub use windows::InnovationTest;
