@@ -43,7 +43,8 @@ pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
 pub use smoother::{
-    FixedLag, Kick, LaggedFilter, RateRecord, RateSample, SmoothError, Smoothed, smooth,
+    BatchEstimate, BatchFit, FitRefusal, FixedLag, Kick, LaggedFilter, RateRecord, RateSample,
+    SmoothError, Smoothed, Verdict, smooth,
 };
 pub use state_bytes::RestoreError;
 pub use status::Status;

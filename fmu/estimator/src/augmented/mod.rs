@@ -21,6 +21,7 @@ pub use alarm::Alarm;
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
 pub(crate) use history::WAY_BACK_MAX;
-pub(crate) use pass::{Link, Trace};
+pub(crate) use pass::{Bounds, Link, Trace};
 pub use tested::TestedFilter;
 pub use windows::InnovationTest;
+pub(crate) use windows::{CLIP, GATE, LENGTHS};

@@ -29,6 +29,22 @@ pub(crate) struct Link {
     pub(crate) noise: [[f64; 5]; 5],
 }
 
+/// Within which the filter keeps the parameters, (least, largest).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bounds {
+    /// Of Ω², 1/s².
+    pub(crate) s: (f64, f64),
+    /// Of 2ζΩ, 1/s.
+    pub(crate) d: (f64, f64),
+}
+
+impl Bounds {
+    pub(crate) fn hold(&self, s: f64, d: f64) -> bool {
+        let within = |x: f64, (low, high): (f64, f64)| low <= x && x <= high;
+        within(s, self.s) && within(d, self.d)
+    }
+}
+
 impl Trace {
     pub(crate) const SAVED_LEN: usize = State::SAVED_LEN + 16;
 
@@ -122,6 +138,15 @@ impl AugmentedFilter {
     /// The same filter, standing where the trace ends.
     pub(crate) fn standing_at(&self, trace: &Trace) -> Self {
         Self { model: self.model, state: self.model.bounded(trace.state) }
+    }
+
+    pub(crate) fn bounds(&self) -> Bounds {
+        Bounds { s: self.model.s_bounds, d: self.model.d_bounds }
+    }
+
+    /// Whether a gyro of this range would have spoilt the sample, by what was expected of it.
+    pub(crate) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
+        self.model.is_over_range(rate_rad_s, residual_rad_s)
     }
 
     /// The model's step from the end of one trace to before the measurement of the next.

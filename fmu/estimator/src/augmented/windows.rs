@@ -3,14 +3,14 @@
 use crate::config::{ConfigError, judge, positive};
 
 /// Lengths of the windows, samples.
-pub(super) const LENGTHS: [u16; 12] = [3, 4, 6, 8, 16, 32, 64, 128, 256, 512, 1024, 2048];
+pub(crate) const LENGTHS: [u16; 12] = [3, 4, 6, 8, 16, 32, 64, 128, 256, 512, 1024, 2048];
 /// Longest window, samples.
 pub(super) const LENGTH_MAX: usize = 2048;
 /// Normalised innovations are clipped here, so that an outlier weighs no more than three ordinary
 /// samples of one sign. The shortest window can then not fire alone: 3·3 < 5.25·√3.
-pub(super) const CLIP: f64 = 3.0;
+pub(crate) const CLIP: f64 = 3.0;
 /// Half width of the gate for single samples, standard deviations.
-pub(super) const GATE: f64 = 5.0;
+pub(crate) const GATE: f64 = 5.0;
 /// What the measurement variance of a gated sample is multiplied by.
 pub(super) const GATED_VARIANCE: f64 = 1e6;
 

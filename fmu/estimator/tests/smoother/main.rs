@@ -12,9 +12,11 @@
 )]
 
 mod accuracy;
+mod batch;
 mod bound;
 mod lag;
 mod numerics;
+mod refusals;
 #[path = "../augmented/rig.rs"]
 #[allow(dead_code, reason = "the filter's tests use more of it")]
 mod rig;

@@ -6,6 +6,7 @@ use struna_estimator::{Belief, RateRecord, RateSample};
 use struna_kernel::RAD_PER_DEG;
 
 /// One run: its truth, and what the gyro said.
+#[derive(Clone)]
 pub(crate) struct Run {
     pub(crate) truth: Vec<Sample>,
     pub(crate) samples: Vec<RateSample>,
