@@ -31,13 +31,14 @@ mod lanes;
 mod motion;
 mod refinement;
 mod rest;
+mod smoother;
 mod state_bytes;
 mod status;
 mod swing;
 
 pub use augmented::{
-    AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters, StartPrior,
-    TestedFilter,
+    Alarm, AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters,
+    StartPrior, TestedFilter,
 };
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
@@ -49,6 +50,10 @@ pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{
     RestError, half_range_squared, measurement_variance_from_rest, quantiser_variance_factor,
+};
+pub use smoother::{
+    BatchEstimate, BatchFit, FitRefusal, FixedLag, Kick, LaggedFilter, RateRecord, RateSample,
+    SmoothError, Smoothed, Verdict, smooth,
 };
 pub use state_bytes::RestoreError;
 pub use status::Status;

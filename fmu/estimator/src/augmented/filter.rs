@@ -32,8 +32,8 @@ pub(super) struct Model {
     scale_factor_variance: f64,
     /// Least expected rate, and least measured rate, that are over range.
     range_edges: (f64, f64),
-    s_bounds: (f64, f64),
-    d_bounds: (f64, f64),
+    pub(super) s_bounds: (f64, f64),
+    pub(super) d_bounds: (f64, f64),
 }
 
 /// What the filter has learnt besides angle and rate, each with its standard deviation.
@@ -125,6 +125,10 @@ impl AugmentedFilter {
 }
 
 impl Model {
+    pub(super) fn densities(&self) -> Densities {
+        self.q
+    }
+
     #[inline(always)]
     pub(super) fn predicted(&self, from: &State, span_s: f64) -> Result<State, EstimatorError> {
         check_span(span_s)?;

@@ -16,9 +16,12 @@ const SNAPSHOTS: usize = 320;
 /// How far before the window a re-run starts at least, samples.
 const LEAD_MIN: u64 = 20;
 
+/// Longest way back that an alarm may take, samples.
+pub(crate) const WAY_BACK_MAX: usize = LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING;
+
 const _: () = assert!(SAMPLES.is_power_of_two());
-const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING <= SAMPLES);
-const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING <= SNAPSHOTS * SNAPSHOT_SPACING);
+const _: () = assert!(WAY_BACK_MAX <= SAMPLES);
+const _: () = assert!(WAY_BACK_MAX <= SNAPSHOTS * SNAPSHOT_SPACING);
 
 /// A state of a filter, as far as a history needs to know it.
 pub(crate) trait Snapshot: Copy {

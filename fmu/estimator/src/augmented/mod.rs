@@ -6,16 +6,22 @@
 //! linearised; here the only products are s·ω and d·ω, and ω is known well from the first sample
 //! on. The same filter in (φ, ω, s, d, b) is inconsistent: it claims less than half of its error.
 
+mod alarm;
 mod config;
 mod filter;
 pub(crate) mod history;
+mod pass;
 mod state;
 mod tested;
 pub(crate) mod transition;
 pub(crate) mod watch;
 pub(crate) mod windows;
 
+pub use alarm::Alarm;
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
+pub(crate) use history::WAY_BACK_MAX;
+pub(crate) use pass::{Bounds, Link, Trace};
 pub use tested::TestedFilter;
 pub use windows::InnovationTest;
+pub(crate) use windows::{CLIP, GATE, LENGTHS};

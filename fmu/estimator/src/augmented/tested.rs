@@ -1,5 +1,6 @@
 //! The five-state filter that tests its own innovations, and goes back when they show a kick.
 
+use super::alarm::Alarm;
 use super::config::AugmentedConfig;
 use super::filter::{AugmentedFilter, Model};
 use super::history::{History, Sample};
@@ -29,13 +30,15 @@ const UNGATED: u64 = 3;
 /// innovations and roll-back instead of a compensation of the state.
 #[derive(Debug, Clone)]
 pub struct TestedFilter {
-    filter: AugmentedFilter,
+    pub(super) filter: AugmentedFilter,
     windows: Windows,
     kick_floor_variance: f64,
     /// Seconds predicted since the last measurement.
     since_update_s: f64,
-    history: History,
+    pub(super) history: History,
     watch: Watch,
+    /// Zeros before the first.
+    alarm: Alarm,
 }
 
 /// A state and what a measurement was to the one before, not yet taken over.
@@ -60,6 +63,7 @@ impl TestedFilter {
             since_update_s: 0.0,
             history: History::new(filter.state),
             watch: Watch::default(),
+            alarm: Alarm::default(),
             filter,
         })
     }
@@ -85,6 +89,12 @@ impl TestedFilter {
     #[must_use]
     pub fn alarms(&self) -> u64 {
         self.watch.alarms()
+    }
+
+    /// The last alarm: when, and what was made of it.
+    #[must_use]
+    pub fn last_alarm(&self) -> Option<Alarm> {
+        (self.alarms() > 0).then_some(self.alarm)
     }
 
     /// Takes a measurement into `predicted`, `span_s` after the last one.
@@ -133,37 +143,61 @@ impl TestedFilter {
     fn raise_alarm(&mut self) {
         let history = &self.history;
         let length = self.windows.furthest(history.reach(), |length| history.sum_over(length));
-        let kick_rad_s = history.mean_residual_rad_s(length);
+        let (state, samples) = history.way_back(length);
+        self.alarm = Alarm {
+            time_s: self.watch.elapsed_s(),
+            window_samples: Alarm::count(length as u64),
+            kick_rad_s: history.mean_residual_rad_s(length),
+            rerun_samples: Alarm::count(samples),
+        };
         // A re-run that leaves the range of floating point is given up; what stands, stands.
-        if let Ok(state) = self.rerun(length, kick_rad_s) {
-            self.filter.state = state;
+        match self.rerun(state, |_, _| {}) {
+            Ok(state) => self.filter.state = state,
+            Err(_) => self.alarm.rerun_samples = 0,
         }
         self.history.reset(&self.filter.state);
         self.watch.alarm();
     }
 
-    /// The state now, had a kick of about this size been reckoned with from before the window.
-    fn rerun(&self, length: usize, kick_rad_s: f64) -> Result<State, EstimatorError> {
-        let model = &self.filter.model;
-        let (mut state, count) = self.history.way_back(length);
+    /// Variance of the rate that the last alarm adds in each sample that is run again, rad²/s².
+    pub(super) fn inflation(&self) -> Result<f64, EstimatorError> {
+        let Alarm { kick_rad_s, rerun_samples, .. } = self.alarm;
         let inflation = 4.0 * kick_rad_s * kick_rad_s + self.kick_floor_variance;
-        let inflation = in_range(inflation / count as f64)?;
+        in_range(inflation / f64::from(rerun_samples.max(1)))
+    }
+
+    /// The state now, had the kick of the last alarm been reckoned with since `state`; `each` is
+    /// shown every sample on the way and the state after it.
+    pub(super) fn rerun(
+        &self,
+        mut state: State,
+        mut each: impl FnMut(&Sample, &State),
+    ) -> Result<State, EstimatorError> {
+        let inflation = self.inflation()?;
+        let count = u64::from(self.alarm.rerun_samples);
         for (k, sample) in (1..=count).zip(self.history.latest(count)) {
-            state = model.predicted(&state, sample.span_s)?;
+            state = self.filter.model.predicted(&state, sample.span_s)?;
             state.p.ww += inflation;
-            let Some(rate_rad_s) = sample.rate_rad_s else { continue };
-            let expected = state.expect(rate_rad_s);
-            if model.is_over_range(rate_rad_s, expected.residual) {
-                continue;
+            if let Some(rate_rad_s) = sample.rate_rad_s {
+                state = self.retaken(&state, rate_rad_s, k + UNGATED > count)?;
             }
-            state = if k + UNGATED > count {
-                model.innovation(expected.residual, expected.spread)?;
-                model.bounded(state.updated(&expected, model.r)).judged()?
-            } else {
-                gated_update(model, &state, &expected)?.state
-            };
+            each(sample, &state);
         }
         Ok(state)
+    }
+
+    /// A measurement taken in again, with the gate or without.
+    fn retaken(&self, from: &State, rate: f64, ungated: bool) -> Result<State, EstimatorError> {
+        let model = &self.filter.model;
+        let expected = from.expect(rate);
+        if model.is_over_range(rate, expected.residual) {
+            return Ok(*from);
+        }
+        if !ungated {
+            return Ok(gated_update(model, from, &expected)?.state);
+        }
+        model.innovation(expected.residual, expected.spread)?;
+        model.bounded(from.updated(&expected, model.r)).judged()
     }
 }
 
@@ -219,7 +253,7 @@ impl RateEstimator for TestedFilter {
     }
 
     fn saved_len(&self) -> usize {
-        State::SAVED_LEN + 8 + Watch::SAVED_LEN + History::SAVED_LEN
+        State::SAVED_LEN + 8 + Watch::SAVED_LEN + Alarm::SAVED_LEN + History::SAVED_LEN
     }
 
     fn save(&self, out: &mut [u8]) {
@@ -227,6 +261,7 @@ impl RateEstimator for TestedFilter {
         self.filter.state.write(&mut out);
         out.f64(self.since_update_s);
         self.watch.write(&mut out);
+        self.alarm.write(&mut out);
         self.history.write(&mut out);
     }
 
@@ -235,10 +270,12 @@ impl RateEstimator for TestedFilter {
         let state = self.filter.model.bounded(State::read(&mut bytes)?);
         let since_update_s = bytes.finite("since_update_s")?;
         let watch = Watch::read(&mut bytes)?;
+        let alarm = Alarm::read(&mut bytes)?;
         self.history = History::read(&mut bytes, state)?;
         self.filter.state = state;
         self.since_update_s = since_update_s;
         self.watch = watch;
+        self.alarm = alarm;
         Ok(())
     }
 }

@@ -66,6 +66,11 @@ impl Watch {
         usize::try_from(self.alarms % self.alarms_s.len() as u64).unwrap_or(0)
     }
 
+    /// Seconds of measurements so far.
+    pub(super) fn elapsed_s(&self) -> f64 {
+        self.elapsed_s
+    }
+
     pub(crate) fn alarms(&self) -> u64 {
         self.alarms
     }

@@ -172,6 +172,11 @@ impl Rig {
         self.kicks.iter().map(|kick| kick.0).min()
     }
 
+    /// First sample, from 0, that shows each kick, and the change of the rate at it.
+    pub(crate) fn kicks(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.kicks.iter().map(|kick| (kick.0 as usize - 1, kick.2))
+    }
+
     /// Whether a kick began at most `samples` before sample `k`.
     pub(crate) fn is_struck_within(&self, k: u32, samples: u32) -> bool {
         self.kicks.iter().any(|kick| (kick.0..=kick.0 + samples).contains(&k))
