@@ -15,6 +15,8 @@ mod transition;
 mod watch;
 mod windows;
 
+pub(crate) use state::{Covariance5, Densities, Mean, State};
+
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
 pub use tested::TestedFilter;

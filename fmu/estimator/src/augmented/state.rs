@@ -7,7 +7,7 @@ use crate::state_bytes::{Reader, RestoreError, Writer};
 
 /// Mean of (α, ω, s, d, b).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Mean {
+pub(crate) struct Mean {
     /// −s·(φ − φ_eq), rad/s².
     pub(super) alpha: f64,
     /// φ′, rad/s.
@@ -28,7 +28,7 @@ impl Mean {
 
 /// Covariance of (α, ω, s, d, b): the upper triangle, so that it cannot lose its symmetry.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Covariance5 {
+pub(crate) struct Covariance5 {
     pub(super) aa: f64,
     pub(super) aw: f64,
     pub(super) as_: f64,
@@ -48,18 +48,18 @@ pub(super) struct Covariance5 {
 
 /// Mean and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct State {
-    pub(super) mean: Mean,
-    pub(super) p: Covariance5,
+pub(crate) struct State {
+    pub(crate) mean: Mean,
+    pub(crate) p: Covariance5,
 }
 
 /// Process noise densities.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Densities {
+pub(crate) struct Densities {
     /// White angular acceleration, rad²/s³.
-    pub(super) acceleration: f64,
+    pub(crate) acceleration: f64,
     /// Random walk of the bias, rad²/s³.
-    pub(super) bias: f64,
+    pub(crate) bias: f64,
 }
 
 /// What a measurement is to a state before it is taken in.
@@ -210,6 +210,12 @@ impl Covariance5 {
         ]
     }
 
+    /// The upper triangle of a symmetric matrix.
+    pub(crate) fn of_rows(rows: &[[f64; 5]; 5]) -> Self {
+        let mut entries = rows.iter().enumerate().flat_map(|(i, row)| row[i..].iter().copied());
+        Self::from_entries(core::array::from_fn(|_| entries.next().unwrap_or(0.0)))
+    }
+
     fn from_entries(e: [f64; 15]) -> Self {
         let [aa, aw, as_, ad, ab, ww, ws, wd, wb, ss, sd, sb, dd, db, bb] = e;
         Self { aa, aw, as_, ad, ab, ww, ws, wd, wb, ss, sd, sb, dd, db, bb }
@@ -218,15 +224,15 @@ impl Covariance5 {
 
 impl State {
     /// Twenty numbers.
-    pub(super) const SAVED_LEN: usize = 20 * 8;
+    pub(crate) const SAVED_LEN: usize = 20 * 8;
 
-    pub(super) fn write(&self, out: &mut Writer<'_>) {
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
         for number in self.mean.entries().into_iter().chain(self.p.entries()) {
             out.f64(number);
         }
     }
 
-    pub(super) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
+    pub(crate) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
         let mean = Mean {
             alpha: bytes.finite("alpha")?,
             rate: bytes.finite("rate")?,
