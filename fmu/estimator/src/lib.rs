@@ -30,6 +30,7 @@ mod refinement;
 mod rest;
 mod state_bytes;
 mod status;
+mod swing;
 
 pub use augmented::{
     AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters, StartPrior,
@@ -45,6 +46,10 @@ pub use refinement::{Reading, Refinement};
 pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
 pub use state_bytes::RestoreError;
 pub use status::Status;
+pub use swing::{
+    ExpectedRate, InputAxis, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters,
+    MotionState, SwingBody, SwingConfig, SwingMotion, Tangents,
+};
 
 /// What an estimator believes: the mean and covariance of (angle, rate).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,6 +94,19 @@ pub enum EstimatorError {
     BadMeasurement {
         /** The rejected rate, rad/s. */
         rate_rad_s: f64,
+    },
+    /// The body would hang at a right angle or beyond, where the motion has no coordinates.
+    #[error("the body's axis would leave the vertical by 90° or more")]
+    TiltTooLarge,
+    /// Asked to predict over a span that would take too many steps of integration.
+    #[error(
+        "cannot predict over {span_s} s: this motion is integrated in steps, {limit_s} s at most"
+    )]
+    SpanTooLong {
+        /** The rejected span, s. */
+        span_s: f64,
+        /** The longest span, s. */
+        limit_s: f64,
     },
     /// The call would push the belief out of the range of floating point.
     #[error("the belief would leave the range of floating point")]

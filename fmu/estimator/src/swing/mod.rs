@@ -1,0 +1,15 @@
+//! The body that swings while it turns: its motion in five degrees of freedom, and the extended
+//! Kalman filters on it.
+//!
+//! A gyro whose axis is not quite the body's feels the swing, and the swing drives the twist: with
+//! it the one-dimensional filters are lost from 3° on. These ones follow the vertical in body axes,
+//! the twist with all its turns, and the three rates.
+
+mod config;
+mod motion;
+
+pub use config::{InputAxis, SwingBody, SwingConfig};
+pub use motion::{
+    ExpectedRate, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState,
+    SwingMotion, Tangents,
+};
