@@ -112,7 +112,8 @@ impl Coefficients {
     }
 
     /// Rates of change of the states, and their derivatives by states and parameters.
-    #[inline(always)]
+    // On its own: four copies in a step outgrow the registers and take a tenth longer.
+    #[inline(never)]
     pub(super) fn rates_and_jacobian(
         &self,
         state: &[f64; MOTION_STATES],
@@ -293,7 +294,7 @@ pub(super) struct Jacobian {
 
 impl Jacobian {
     /// Rates of change of the tangents.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn apply(&self, tangents: &Tangents) -> Tangents {
         let [x, y, twist, p, q, r] = &tangents.0;
         let k = &self.kinematic;

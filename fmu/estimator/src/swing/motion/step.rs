@@ -31,8 +31,12 @@ impl Tangents {
     /// self + share·rates.
     #[inline(always)]
     fn moved(&self, share: f64, rates: &Self) -> Self {
-        let mut moved = *self;
-        moved.add(share, rates);
+        let mut moved = Self::ZERO;
+        for ((row, from), by) in moved.0.iter_mut().zip(&self.0).zip(&rates.0) {
+            for ((entry, from), by) in row.iter_mut().zip(from).zip(by) {
+                *entry = from + share * by;
+            }
+        }
         moved
     }
 
@@ -123,7 +127,42 @@ impl SwingMotion {
         *tangents = later;
         Ok(state)
     }
+
+    /// The state `span_s` later, in as many steps as follow the swing, and `tangents` with it; see
+    /// [`step_with_tangents`](Self::step_with_tangents). A refused call leaves them as they were.
+    ///
+    /// # Errors
+    /// [`EstimatorError::SpanTooLong`] beyond 65 536 steps, about a quarter of an hour, and those
+    /// of [`step`](Self::step).
+    #[inline]
+    pub fn advance_with_tangents(
+        &self,
+        state: &MotionState,
+        parameters: &MotionParameters,
+        span_s: f64,
+        tangents: &mut Tangents,
+    ) -> Result<MotionState, EstimatorError> {
+        check_span(span_s)?;
+        let steps = self.steps_in(span_s);
+        if steps == 1 {
+            return self.step_with_tangents(state, parameters, span_s, tangents);
+        }
+        if steps > STEPS_MAX {
+            let limit_s = f64::from(STEPS_MAX) * self.step_max_s();
+            return Err(EstimatorError::SpanTooLong { span_s, limit_s });
+        }
+        let (mut state, mut carried) = (*state, *tangents);
+        let step_s = span_s / f64::from(steps);
+        for _ in 0..steps {
+            state = self.step_with_tangents(&state, parameters, step_s, &mut carried)?;
+        }
+        *tangents = carried;
+        Ok(state)
+    }
 }
+
+/// Steps of integration in one call at most: a tenth of a second of work.
+const STEPS_MAX: u32 = 1 << 16;
 
 #[inline(always)]
 fn combined(

@@ -163,8 +163,8 @@ fn tangents_are_the_derivatives_of_the_step_itself() {
         for column in 0..MOTION_TANGENTS {
             let slope = difference(&general_point(), column, |x| flow(x, steps, span_s));
             let scale = slope.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-            for i in 0..MOTION_STATES {
-                let (ours, theirs) = (tangents.0[i][column], slope[i]);
+            for (i, (row, theirs)) in tangents.0.iter().zip(slope).enumerate() {
+                let ours = row[column];
                 // The difference errs by 1e-12 of a fifth derivative, some 1e3 of the first over
                 // two seconds of swing, and by the rounding of 200 steps over 1e-3 of the entry.
                 let off = (ours - theirs).abs() / scale;
@@ -242,4 +242,21 @@ fn a_span_is_cut_into_steps_that_follow_the_swing() {
     for (span_s, steps) in [(0.0, 1), (0.01, 1), (0.0152, 2), (1.0, 67), (1e300, 1 << 31)] {
         assert_eq!(motion.steps_in(span_s), steps, "{span_s}");
     }
+}
+
+#[test]
+fn a_long_span_is_its_steps_and_a_longer_one_is_refused() {
+    let motion = SwingMotion::new(&BODY);
+    let (start, parameters) = split(&general_point());
+    let (mut state, mut tangents) = (start, Tangents::START);
+    for _ in 0..67 {
+        let span_s = 1.0 / 67.0;
+        state = motion.step_with_tangents(&state, &parameters, span_s, &mut tangents).unwrap();
+    }
+    let mut at_once = Tangents::START;
+    let later = motion.advance_with_tangents(&start, &parameters, 1.0, &mut at_once);
+    assert_eq!((later, at_once), (Ok(state), tangents));
+    let refused = motion.advance_with_tangents(&start, &parameters, 1e4, &mut at_once);
+    assert!(matches!(refused, Err(EstimatorError::SpanTooLong { .. })));
+    assert_eq!(at_once, tangents);
 }
