@@ -5,7 +5,9 @@
 //! ([`Filter`]) and differ in the motion they assume: [`PermanentRotation`] (constant rate) and
 //! [`TorsionalOscillation`] (undamped torsion of known period). The fourth learns period, damping
 //! and bias while it watches ([`AugmentedFilter`]), and with a test of its own innovations it also
-//! survives kicks and outliers ([`TestedFilter`]). All meet the contract of [`RateEstimator`].
+//! survives kicks and outliers ([`TestedFilter`]). On a thread that yields none of them is right,
+//! and a bank of filters with friction in the thread takes over ([`HysteresisBank`]). All meet the
+//! contract of [`RateEstimator`].
 //!
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
@@ -23,6 +25,7 @@ mod checks;
 mod config;
 mod covariance;
 mod filter;
+mod hysteresis;
 mod integration;
 mod live;
 mod motion;
@@ -39,6 +42,7 @@ pub use augmented::{
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
 pub use filter::Filter;
+pub use hysteresis::{DahlFilter, HysteresisBank, LearntYield, MEMBERS, YieldPrior};
 pub use integration::PlainIntegration;
 pub use live::{SwingFallback, SwingScale};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
@@ -123,8 +127,8 @@ pub enum EstimatorError {
 ///
 /// The contract, tested for every implementation: predicting over zero seconds changes nothing; a
 /// refused call changes nothing; an update of a filter, insertions of a refined covariance and
-/// roll-backs aside, never grows a variance; restored bytes continue bit for bit as the saved
-/// estimator would have.
+/// roll-backs aside, never grows a variance, though the mixture of a bank may; restored bytes
+/// continue bit for bit as the saved estimator would have.
 pub trait RateEstimator {
     /// Time update: carries the belief `span_s` seconds forward.
     ///

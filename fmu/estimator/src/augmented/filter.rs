@@ -240,6 +240,78 @@ impl Model {
     }
 }
 
+/// What the filters of threads that yield, and their bank, share with this one.
+impl AugmentedFilter {
+    /// The same filter with another belief, (α, ω, s, d, b) and their covariance, whose parameters
+    /// are kept within bounds.
+    pub(crate) fn believing(&self, mean: [f64; 5], rows: &[[f64; 5]; 5]) -> Self {
+        let state = self.model.bounded(State::from_rows(mean, rows));
+        Self { model: self.model, state }
+    }
+
+    /// The innovation, if a gain can be formed of it and a residual be squared.
+    #[inline(always)]
+    pub(crate) fn innovation(
+        &self,
+        residual_rad_s: f64,
+        spread: f64,
+    ) -> Result<Innovation, EstimatorError> {
+        self.model.innovation(residual_rad_s, spread)
+    }
+
+    /// How a measured rate compares with the belief, if a gain can be formed of that.
+    #[inline(always)]
+    pub(crate) fn judge(&self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        let expected = self.state.expect(rate_rad_s);
+        self.model.innovation(expected.residual, expected.spread)
+    }
+
+    /// Takes a rate in with `variance_factor` times R, once the own rate has become more uncertain
+    /// by `kick_variance`: all of it, or nothing.
+    #[inline(always)]
+    pub(crate) fn absorb(
+        &mut self,
+        rate_rad_s: f64,
+        variance_factor: f64,
+        kick_variance: f64,
+    ) -> Result<(), EstimatorError> {
+        let mut state = self.state;
+        state.p.ww += kick_variance;
+        let state = state.updated(&state.expect(rate_rad_s), variance_factor * self.model.r);
+        self.state = self.model.bounded(state).judged()?;
+        Ok(())
+    }
+
+    pub(crate) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
+        self.model.is_over_range(rate_rad_s, residual_rad_s)
+    }
+
+    pub(crate) fn is_at_a_bound(&self) -> bool {
+        self.model.is_at_a_bound(&self.state)
+    }
+
+    /// Variance R of one measured rate, rad²/s².
+    pub(crate) fn measurement_variance(&self) -> f64 {
+        self.model.r
+    }
+
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
+        self.state.write(out);
+    }
+
+    pub(crate) fn read(&mut self, bytes: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.state = self.model.bounded(State::read(bytes)?);
+        Ok(())
+    }
+
+    /// s and d brought within their bounds.
+    #[inline(always)]
+    pub(crate) fn parameters_within_bounds(&self, s: f64, d: f64) -> (f64, f64) {
+        let ((s_low, s_high), (d_low, d_high)) = (self.model.s_bounds, self.model.d_bounds);
+        (s.clamp(s_low, s_high), d.clamp(d_low, d_high))
+    }
+}
+
 impl RateEstimator for AugmentedFilter {
     #[inline(always)]
     fn predict(&mut self, span_s: f64) -> Result<(), EstimatorError> {

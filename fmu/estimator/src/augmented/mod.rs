@@ -11,9 +11,9 @@ mod filter;
 mod history;
 mod state;
 mod tested;
-mod transition;
-mod watch;
-mod windows;
+pub(crate) mod transition;
+pub(crate) mod watch;
+pub(crate) mod windows;
 
 pub(crate) use state::{Covariance5, Densities, Mean, State};
 

@@ -74,6 +74,17 @@ pub(super) struct Expectation {
 }
 
 impl State {
+    /// The state with this mean and the upper triangle of this covariance.
+    pub(super) fn from_rows(mean: [f64; 5], rows: &[[f64; 5]; 5]) -> Self {
+        let [alpha, rate, s, d, bias] = mean;
+        let [a, w, s_row, d_row, b] = rows;
+        let p = Covariance5::from_entries([
+            a[0], a[1], a[2], a[3], a[4], w[1], w[2], w[3], w[4], s_row[2], s_row[3], s_row[4],
+            d_row[3], d_row[4], b[4],
+        ]);
+        Self { mean: Mean { alpha, rate, s, d, bias }, p }
+    }
+
     /// The state `span_s` later.
     #[inline(always)]
     pub(super) fn predicted(&self, span_s: f64, q: Densities) -> Self {

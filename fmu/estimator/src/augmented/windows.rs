@@ -10,9 +10,9 @@ pub(super) const LENGTH_MAX: usize = 2048;
 /// samples of one sign. The shortest window can then not fire alone: 3·3 < 5.25·√3.
 pub(super) const CLIP: f64 = 3.0;
 /// Half width of the gate for single samples, standard deviations.
-pub(super) const GATE: f64 = 5.0;
+pub(crate) const GATE: f64 = 5.0;
 /// What the measurement variance of a gated sample is multiplied by.
-pub(super) const GATED_VARIANCE: f64 = 1e6;
+pub(crate) const GATED_VARIANCE: f64 = 1e6;
 
 /// How rarely the test may raise an alarm without a cause, and what an alarm reckons with.
 #[derive(Debug, Clone, Copy, PartialEq)]
