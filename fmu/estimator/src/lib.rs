@@ -51,8 +51,9 @@ pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_fac
 pub use state_bytes::RestoreError;
 pub use status::Status;
 pub use swing::{
-    ExpectedRate, InputAxis, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters,
-    MotionState, SwingBody, SwingConfig, SwingMotion, Tangents,
+    AcceptedFit, ExpectedRate, FitOutcome, FitStarts, InputAxis, MOTION_PARAMETERS, MOTION_STATES,
+    MOTION_TANGENTS, MotionParameters, MotionState, Progress, Rejection, SWING_PRESENT_RAD,
+    SWING_UNKNOWNS, SwingBody, SwingConfig, SwingFit, SwingMeter, SwingMotion, Tangents,
 };
 
 /// What an estimator believes: the mean and covariance of (angle, rate).

@@ -5,10 +5,14 @@
 //! it the one-dimensional filters are lost from 3° on. These ones follow the vertical in body axes,
 //! the twist with all its turns, and the three rates.
 
+mod amplitude;
 mod config;
+mod fit;
 mod motion;
 
+pub use amplitude::{SWING_PRESENT_RAD, SwingMeter};
 pub use config::{InputAxis, SwingBody, SwingConfig};
+pub use fit::{AcceptedFit, FitOutcome, FitStarts, Progress, Rejection, SWING_UNKNOWNS, SwingFit};
 pub use motion::{
     ExpectedRate, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState,
     SwingMotion, Tangents,
