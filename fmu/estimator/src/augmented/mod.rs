@@ -8,7 +8,7 @@
 
 mod config;
 mod filter;
-mod history;
+pub(crate) mod history;
 mod state;
 mod tested;
 pub(crate) mod transition;

@@ -154,7 +154,8 @@ mod tests {
 
     #[test]
     fn what_alternates_from_sample_to_sample_counts_too() {
-        let fast = after(2, |t| if libm::fmod(libm::rint(t / STEP_S), 2.0) == 0.0 { 1.0 } else { -1.0 });
+        let fast =
+            after(2, |t| if libm::fmod(libm::rint(t / STEP_S), 2.0) == 0.0 { 1.0 } else { -1.0 });
         // Differences of ±2: half of their variance is 2, twice the variance about the mean.
         assert!((fast - 2.0).abs() < 0.1, "{fast}");
     }
@@ -163,7 +164,8 @@ mod tests {
     fn a_gap_does_not_count_as_noise_and_old_noise_is_forgotten() {
         let mut noise = RateNoise::default();
         for k in 0..200_u32 {
-            let (span_s, rate) = if k == 30 { (10.0, 3.0) } else { (STEP_S, if k < 30 { 0.0 } else { 3.0 }) };
+            let (span_s, rate) =
+                if k == 30 { (10.0, 3.0) } else { (STEP_S, if k < 30 { 0.0 } else { 3.0 }) };
             noise.push(span_s, rate);
         }
         assert_eq!(noise.variance_rad2_s2(), 0.0);
