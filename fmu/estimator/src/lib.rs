@@ -44,7 +44,7 @@ pub use covariance::Covariance;
 pub use filter::Filter;
 pub use hysteresis::{DahlFilter, HysteresisBank, LearntYield, MEMBERS, YieldPrior};
 pub use integration::PlainIntegration;
-pub use live::{SwingFallback, SwingScale};
+pub use live::{LiveConfig, LiveEstimator, LiveWarning, Quantiser, SwingFallback, SwingScale};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};

@@ -15,7 +15,7 @@ pub(crate) mod transition;
 pub(crate) mod watch;
 pub(crate) mod windows;
 
-pub(crate) use state::{Covariance5, Densities, Mean, State};
+pub(crate) use state::{Densities, State};
 
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};

@@ -96,7 +96,12 @@ impl LiveConfig {
         let bound = "such that a period of the torsion holds from 100 to 1e6 samples";
         let ok = (100.0..=SAMPLES_MAX).contains(&samples);
         judge("sample_period_s", self.sample_period_s, ok, bound)?;
-        judge("work_per_sample", f64::from(self.work_per_sample), self.work_per_sample > 0, "positive")?;
+        judge(
+            "work_per_sample",
+            f64::from(self.work_per_sample),
+            self.work_per_sample > 0,
+            "positive",
+        )?;
         self.quantiser.map_or(Ok(()), |quantiser| quantiser.validate())
     }
 

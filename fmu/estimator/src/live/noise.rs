@@ -22,6 +22,8 @@ pub(super) struct RateNoise {
     /// Variances of the last blocks, in a ring, rad²/s²; zero where there was none yet.
     variances: [f64; BLOCKS],
     place: u32,
+    /// Variance about the straight line of the last block, rad²/s².
+    about_line: f64,
 }
 
 /// Running sums of a block, about its first rate: a large bias must not cost digits.
@@ -35,6 +37,8 @@ struct Block {
     squares: f64,
     steps: f64,
     step_squares: f64,
+    /// Σ k·rate, k counted from the first rate of the block.
+    moment: f64,
 }
 
 impl Block {
@@ -47,6 +51,7 @@ impl Block {
             self.step_squares += step * step;
         }
         let off = rate_rad_s - self.first_rad_s;
+        self.moment += f64::from(self.count) * off;
         self.sum += off;
         self.squares += off * off;
         self.last_rad_s = rate_rad_s;
@@ -60,6 +65,15 @@ impl Block {
         let about_mean = (self.squares - self.sum * self.sum / n) / (n - 1.0);
         let of_steps = (self.step_squares - self.steps * self.steps / (n - 1.0)) / (n - 2.0);
         about_mean.max(0.5 * of_steps).max(0.0)
+    }
+
+    /// Variance about the straight line through the rates, which a slow turning leaves alone.
+    fn variance_about_line_rad2_s2(&self) -> f64 {
+        let n = f64::from(self.count);
+        let middle = 0.5 * (n - 1.0);
+        let (along, spread) = (self.moment - middle * self.sum, n * (n * n - 1.0) / 12.0);
+        let about_mean = self.squares - self.sum * self.sum / n;
+        ((about_mean - along * along / spread) / (n - 2.0)).max(0.0)
     }
 }
 
@@ -82,6 +96,7 @@ impl RateNoise {
     #[inline(never)]
     fn end_block(&mut self) {
         let variance = self.block.variance_rad2_s2();
+        self.about_line = self.block.variance_about_line_rad2_s2();
         self.block.count = 0;
         let place = self.place as usize % BLOCKS;
         self.variances[place] = variance;
@@ -93,17 +108,23 @@ impl RateNoise {
         self.variances.iter().copied().fold(0.0, f64::max)
     }
 
-    pub(super) const SAVED_LEN: usize = 7 * 8 + 4 + 8 * BLOCKS + 4;
+    /// Variance about a straight line of the last block that has ended, rad²/s².
+    pub(super) fn latest_about_line_rad2_s2(&self) -> f64 {
+        self.about_line
+    }
+
+    pub(super) const SAVED_LEN: usize = 9 * 8 + 4 + 8 * BLOCKS + 4;
 
     pub(super) fn write(&self, out: &mut Writer<'_>) {
         let b = &self.block;
         out.u32(b.count);
-        let sums = [b.sum, b.squares, b.steps, b.step_squares];
+        let sums = [b.sum, b.squares, b.steps, b.step_squares, b.moment];
         for value in [b.elapsed_s, b.first_rad_s, b.last_rad_s].into_iter().chain(sums) {
             out.f64(value);
         }
         self.variances.iter().for_each(|variance| out.f64(*variance));
         out.u32(self.place);
+        out.f64(self.about_line);
     }
 
     pub(super) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
@@ -118,6 +139,7 @@ impl RateNoise {
             &mut b.squares,
             &mut b.steps,
             &mut b.step_squares,
+            &mut b.moment,
         ] {
             *value = bytes.finite("block of rates")?;
         }
@@ -125,6 +147,7 @@ impl RateNoise {
             *variance = bytes.finite("variance of a block")?;
         }
         noise.place = bytes.u32();
+        noise.about_line = bytes.finite("variance about a line")?;
         let possible = noise.place < BLOCKS as u32 && noise.variances.iter().all(|v| *v >= 0.0);
         if possible { Ok(noise) } else { Err(RestoreError::Impossible) }
     }
