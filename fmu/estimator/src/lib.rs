@@ -28,6 +28,7 @@ mod filter;
 mod hysteresis;
 mod integration;
 mod lanes;
+mod live;
 mod motion;
 mod refinement;
 mod rest;
@@ -46,6 +47,7 @@ pub use filter::Filter;
 pub use hysteresis::{DahlFilter, HysteresisBank, LearntYield, MEMBERS, YieldPrior};
 pub use integration::PlainIntegration;
 pub use lanes::{FilterLanes, LaneErrors};
+pub use live::{LiveConfig, LiveEstimator, LiveWarning, Quantiser, SwingFallback, SwingScale};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{

@@ -93,6 +93,31 @@ impl AugmentedFilter {
         Ok(innovation)
     }
 
+    /// Sets measurement variance, rad²/s², and process noise from now on; all finite, R positive.
+    pub(crate) fn set_noise(&mut self, r_rad2_s2: f64, q: Densities) {
+        self.model.r = r_rad2_s2;
+        self.model.q = q;
+    }
+
+    /// Makes bias and rate less certain by these variances, rad²/s².
+    pub(crate) fn widen(&mut self, bias: f64, rate: f64) -> Result<(), EstimatorError> {
+        let bias = in_range(self.state.p.bb + bias)?;
+        let rate = in_range(self.state.p.ww + rate)?;
+        (self.state.p.bb, self.state.p.ww) = (bias, rate);
+        Ok(())
+    }
+
+    /// Mean and covariance.
+    pub(crate) fn state(&self) -> State {
+        self.state
+    }
+
+    /// Takes over the belief of another filter of this kind.
+    pub(crate) fn set_state(&mut self, state: State) -> Result<(), EstimatorError> {
+        self.state = self.model.bounded(state).judged()?;
+        Ok(())
+    }
+
     /// Mean of (α, ω, s, d, b): −s·φ in rad/s², φ′ in rad/s, Ω² in 1/s², 2ζΩ in 1/s, the gyro's
     /// bias in rad/s.
     #[must_use]

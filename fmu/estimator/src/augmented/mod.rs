@@ -18,6 +18,7 @@ pub(crate) mod watch;
 pub(crate) mod windows;
 
 pub use alarm::Alarm;
+pub(crate) use state::{Densities, State};
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
 pub(crate) use history::WAY_BACK_MAX;

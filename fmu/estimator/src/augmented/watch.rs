@@ -61,6 +61,14 @@ impl Watch {
         (self.block_sum, self.block_count) = (0.0, 0);
     }
 
+    /// Forgets what was disturbed, `passed_s` later; the number of alarms stays.
+    pub(super) fn restart(&mut self, passed_s: f64) {
+        self.elapsed_s += passed_s;
+        self.alarms_s = [f64::MIN; ALARMS_MAX + 1];
+        self.large_block_s = None;
+        (self.block_sum, self.block_count, self.over_range_s) = (0.0, 0, 0.0);
+    }
+
     /// Where the next alarm goes; the oldest one kept is there now.
     fn ring_place(&self) -> usize {
         usize::try_from(self.alarms % self.alarms_s.len() as u64).unwrap_or(0)

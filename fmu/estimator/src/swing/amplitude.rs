@@ -6,6 +6,7 @@
 
 use super::fit::cholesky::{Cholesky, Square};
 use crate::config::{ConfigError, judge, positive};
+use crate::state_bytes::{Reader, RestoreError, Writer};
 
 /// Half of a window, s: the next window starts in the middle of the one before.
 const HALF_WINDOW_S: f64 = 1.28;
@@ -252,6 +253,68 @@ impl SwingMeter {
     #[must_use]
     pub fn samples_to_fill(&self) -> usize {
         self.length as usize / 2 * (WINDOWS + 1)
+    }
+}
+
+impl SwingMeter {
+    pub(crate) const SAVED_LEN: usize = 2 * Window::SAVED_LEN + (WINDOWS + 1) * 8 + 4;
+
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
+        self.windows.iter().for_each(|window| window.write(out));
+        self.recent_rad.iter().for_each(|swing_rad| out.f64(*swing_rad));
+        out.f64(self.last_rad);
+        out.u32(self.complete);
+    }
+
+    /// Takes over what was written by a meter of the same making.
+    pub(crate) fn read(&mut self, bytes: &mut Reader<'_>) -> Result<(), RestoreError> {
+        let length = i64::from(self.length);
+        for window in &mut self.windows {
+            window.read(bytes)?;
+            if !(-length..length).contains(&window.at) {
+                return Err(RestoreError::Impossible);
+            }
+        }
+        for swing_rad in &mut self.recent_rad {
+            *swing_rad = bytes.finite("swing of a window")?;
+        }
+        self.last_rad = bytes.finite("swing of the last window")?;
+        self.complete = bytes.u32();
+        Ok(())
+    }
+}
+
+impl Window {
+    const SAVED_LEN: usize = (15 + 5 + 1 + 2) * 8 + 4 + 8;
+
+    fn write(&self, out: &mut Writer<'_>) {
+        let sums = &self.sums;
+        for (i, row) in sums.normal.iter().enumerate() {
+            row[..=i].iter().for_each(|entry| out.f64(*entry));
+        }
+        sums.right.iter().for_each(|entry| out.f64(*entry));
+        out.f64(sums.squares);
+        out.u32(sums.count);
+        out.f64(self.phasor.now.0);
+        out.f64(self.phasor.now.1);
+        out.u64(self.at.cast_unsigned());
+    }
+
+    fn read(&mut self, bytes: &mut Reader<'_>) -> Result<(), RestoreError> {
+        let sums = &mut self.sums;
+        for (i, row) in sums.normal.iter_mut().enumerate() {
+            for entry in &mut row[..=i] {
+                *entry = bytes.finite("sums of a window")?;
+            }
+        }
+        for entry in &mut sums.right {
+            *entry = bytes.finite("sums of a window")?;
+        }
+        sums.squares = bytes.finite("sums of a window")?;
+        sums.count = bytes.u32();
+        self.phasor.now = (bytes.finite("phase")?, bytes.finite("phase")?);
+        self.at = bytes.u64().cast_signed();
+        Ok(())
     }
 }
 
