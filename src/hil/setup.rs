@@ -25,6 +25,9 @@ const LATENCY_S_MAX: f64 = 10.0;
 const RATE_NOISE_DEG_S: f64 = 0.00117;
 /// Its scale factor, relative, from one gyro and temperature to the next.
 const SCALE_FACTOR_SIGMA: f64 = 0.002;
+/// Its bias instability, 3 °/h, taken as a random walk that goes so far within a second: deg²/s³.
+/// With less the filter takes the wandering of the bias for kicks of the body.
+const BIAS_WALK_DEG2_S3: f64 = 1e-6;
 const ANGLE_SIGMA_START_DEG: f64 = 1.0;
 /// The body may be moving already.
 const RATE_SIGMA_START_DEG_S: f64 = 10.0;
@@ -203,6 +206,7 @@ impl Setup {
         let r = variance_of_deg(RATE_NOISE_DEG_S * output_hz.sqrt());
         let config = AugmentedConfig {
             scale_factor_sigma: SCALE_FACTOR_SIGMA,
+            bias_walk_rad2_s3: BIAS_WALK_DEG2_S3 * RAD_PER_DEG * RAD_PER_DEG,
             ..AugmentedConfig::quiet(start, r)
         };
         config.validate()?;
