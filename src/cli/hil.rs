@@ -13,7 +13,7 @@ pub struct Hil {
     /// Frame layout: a shipped name or a .toml file [default: the scenario's]
     #[arg(long, value_name = "FRAME")]
     pub frame: Option<String>,
-    /// Estimator to run, by name; may be given several times [default: the scenario's, or the usual]
+    /// Estimator to run, by name; may be given several times [default: the usual]
     #[arg(long = "estimator", value_name = "NAME")]
     pub estimators: Vec<String>,
     /// Scenario whose estimators, averaging and frame are taken [default: none]

@@ -1,4 +1,4 @@
-//! The estimators that learn: what a scenario tells them, in which units, and what it may leave out.
+//! The estimators that learn: what a scenario tells them, in which units, and what it leaves out.
 
 use crate::{DEMO, refusal};
 use std::path::Path;
@@ -109,17 +109,17 @@ fn keys_that_a_kind_does_not_read_are_refused_with_the_kinds_that_do() {
 #[test]
 fn values_out_of_their_range_are_refused_by_key_and_value() {
     for (line, remedy) in [
-        ("torsion_period_sigma_s = -1.0", "at least 0"),
-        ("damping_ratio = -0.1", "at least 0"),
-        ("bias_sigma_deg_h = -1", "at least 0"),
+        ("torsion_period_sigma_s = -1.0", "0 or a greater"),
+        ("damping_ratio = -0.1", "0 or a greater"),
+        ("bias_sigma_deg_h = -1", "0 or a greater"),
         ("bias_deg_h = nan", "finite"),
-        ("scale_factor_sigma_percent = -0.2", "at least 0"),
+        ("scale_factor_sigma_percent = -0.2", "0 or a greater"),
         ("gyro_range_deg_s = 0.0", "greater than 0"),
         ("gyro_range_margin_deg_s = 1.0", "add that, or remove this"),
         ("test_false_alarms = 1.0", "less than 1"),
         ("test_false_alarms = 0.0", "greater than 0"),
         ("test_horizon_samples = 2047", "2048 to"),
-        ("test_kick_floor_deg_s = -0.1", "at least 0"),
+        ("test_kick_floor_deg_s = -0.1", "0 or a greater"),
     ] {
         let lines = format!("kind = \"tested-torsion\"\n{LEAST}\n{line}");
         let said = refusal(&with_estimator(&lines));
