@@ -126,8 +126,8 @@ impl HilReport {
         let width = self.estimators.iter().map(|e| e.name.len()).max().unwrap_or(0).max(9);
         writeln!(
             f,
-            "{:width$}  {:>11}  {:>9}  {:>11}  {:>9}  {}",
-            "estimator", "angle, deg", "+-", "rate, deg/s", "+-", "status"
+            "{:width$}  {:>11}  {:>9}  {:>11}  {:>9}  status",
+            "estimator", "angle, deg", "+-", "rate, deg/s", "+-"
         )?;
         for e in &self.estimators {
             writeln!(
