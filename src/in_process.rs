@@ -2,7 +2,7 @@
 
 use struna_estimator::RateEstimator;
 use struna_harness::{DeviceError, DeviceFault, DeviceUnderTest};
-use struna_kernel::{AngleEstimate, RateSample, SimTime};
+use struna_kernel::{AngleEstimate, EstimateStatus, RateSample, SimTime};
 
 /// An estimator in process. Steps exactly as the FMU of the same estimator does, to the last bit.
 pub struct InProcess {
@@ -36,9 +36,13 @@ impl DeviceUnderTest for InProcess {
                 estimator.predict(sample.from.seconds_since(self.time))?;
             }
             estimator.predict(sample.span_s())?;
-            estimator.update(sample.rate_rad_s)
+            if sample.over_range {
+                estimator.update_over_range(sample.rate_rad_s)
+            } else {
+                estimator.update(sample.rate_rad_s)
+            }
         };
-        advance(self.estimator.as_mut()).map_err(|fault| DeviceError {
+        let innovation = advance(self.estimator.as_mut()).map_err(|fault| DeviceError {
             device: self.name.clone(),
             time_s: sample.time.as_s(),
             cause: Box::new(DeviceFault::InProcess(Box::new(fault))),
@@ -51,6 +55,8 @@ impl DeviceUnderTest for InProcess {
             rate_rad_s: belief.rate_rad_s,
             angle_sigma_rad: belief.covariance.angle_rad2.sqrt(),
             rate_sigma_rad_s: belief.covariance.rate_rad2_s2.sqrt(),
+            nis: innovation.nis(),
+            status: EstimateStatus::from_code(self.estimator.status().code()),
         })
     }
 }

@@ -10,6 +10,7 @@ pub mod characterize;
 pub mod cli;
 pub mod commands;
 pub mod compare;
+pub mod devices;
 pub mod emulate;
 pub mod faults;
 pub mod figure;

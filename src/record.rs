@@ -1,6 +1,7 @@
 //! The record of a run: named columns over time. Score and figure read nothing else.
 
 use std::io::{self, Write};
+use struna_kernel::AngleEstimate;
 
 /// Columns of equal length; the first is `time`, s. Names carry units.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -68,8 +69,15 @@ impl Record {
 }
 
 /// Names of the signals that each estimator has in a record.
-pub const ESTIMATOR_SIGNALS: [&str; 4] =
-    ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s"];
+pub const ESTIMATOR_SIGNALS: [&str; 6] =
+    ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s", "nis", "status"];
+
+/// The values of these signals.
+#[must_use]
+pub fn estimator_values(of: &AngleEstimate) -> [f64; ESTIMATOR_SIGNALS.len()] {
+    let status = f64::from(of.status.code());
+    [of.angle_rad, of.rate_rad_s, of.angle_sigma_rad, of.rate_sigma_rad_s, of.nis, status]
+}
 
 /// The first line of a record.
 ///

@@ -1,20 +1,17 @@
 //! One run of a scenario: builds the chain, drives it, gathers the record.
 
-use crate::fmu::{self, FmiVersion};
-use crate::in_process::InProcess;
-use crate::record::Record;
+pub use crate::devices::devices;
+
+use crate::record::{ESTIMATOR_SIGNALS, Record, estimator_values};
 use crate::recording;
-use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario, Source};
-use anyhow::{Context, Result};
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use crate::scenario::{Scenario, Source};
+use anyhow::Result;
+use std::path::Path;
 use struna_body::Backend;
-use struna_estimator::{Filter, PlainIntegration, RateEstimator};
 use struna_gyro::Gyro;
 use struna_harness::fault::Injector;
 use struna_harness::{
-    Averager, BodySource, DeviceUnderTest, Emulator, FmuDevice, MotionSource, Observer, Pacing,
-    Parameter, ParameterValue, Pipeline, Reference, RunReport,
+    Averager, BodySource, Emulator, MotionSource, Observer, Pacing, Pipeline, Reference, RunReport,
 };
 use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime};
 use struna_line::StopFlag;
@@ -118,84 +115,6 @@ pub fn motion_source(scenario: &Scenario) -> Result<Box<dyn MotionSource>> {
     })
 }
 
-/// The estimators of a scenario, ready to step; FMUs are built in `fmu_folder`.
-///
-/// # Errors
-/// When an FMU cannot be built, loaded or started, or a parameter is refused.
-pub fn devices(
-    plans: &[EstimatorPlan],
-    fmu_folder: &Path,
-) -> Result<Vec<Box<dyn DeviceUnderTest>>> {
-    // Given FMUs come first: a bad one is refused before any other is built and left behind.
-    let is_given = |(_, plan): &(usize, &EstimatorPlan)| matches!(plan.run_as, RunAs::FmuFile(_));
-    let (given, made): (Vec<_>, Vec<_>) = plans.iter().enumerate().partition(is_given);
-    let mut devices = BTreeMap::new();
-    for (place, plan) in given.into_iter().chain(made) {
-        let context = || format!("estimator '{}'", plan.name);
-        devices.insert(place, device(plan, fmu_folder).with_context(context)?);
-    }
-    Ok(devices.into_values().collect())
-}
-
-fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnderTest>> {
-    let file = match &plan.run_as {
-        RunAs::InProcess => return Ok(Box::new(InProcess::new(&plan.name, estimator(plan)?))),
-        RunAs::Fmi2 => built(plan.kind, FmiVersion::Fmi2, fmu_folder)?,
-        RunAs::Fmi3 => built(plan.kind, FmiVersion::Fmi3, fmu_folder)?,
-        RunAs::FmuFile(file) => file.clone(),
-    };
-    let importer = struna_fmi_import::open(&file)?;
-    Ok(Box::new(FmuDevice::new(importer.as_ref(), &plan.name, &parameters(plan))?))
-}
-
-fn estimator(plan: &EstimatorPlan) -> Result<Box<dyn RateEstimator>> {
-    Ok(match plan.kind {
-        EstimatorKind::PlainIntegration => Box::new(PlainIntegration::new(plan.config)?),
-        EstimatorKind::PermanentRotation => Box::new(Filter::permanent_rotation(plan.config)?),
-        EstimatorKind::TorsionalOscillation { period_s } => {
-            Box::new(Filter::torsional_oscillation(plan.config, period_s)?)
-        }
-    })
-}
-
-/// Builds the FMU of an estimator.
-fn built(kind: EstimatorKind, version: FmiVersion, folder: &Path) -> Result<PathBuf> {
-    let model = match kind {
-        EstimatorKind::PermanentRotation => "PermanentRotation",
-        EstimatorKind::TorsionalOscillation { .. } => "TorsionalOscillation",
-        EstimatorKind::PlainIntegration => anyhow::bail!("plain integration is no FMU"),
-    };
-    Ok(fmu::build(model, version, folder)?)
-}
-
-/// The FMU's parameters, which carry the names of the configuration's fields.
-fn parameters(plan: &EstimatorPlan) -> Vec<Parameter> {
-    let float = |name: &str, value| Parameter {
-        name: name.to_owned(),
-        value: ParameterValue::Float64(value),
-    };
-    let integer = |name: &str, value| Parameter {
-        name: name.to_owned(),
-        value: ParameterValue::Int32(value),
-    };
-    let c = &plan.config;
-    let samples = i32::try_from(c.refinement.samples).unwrap_or(i32::MAX);
-    let mut parameters = vec![
-        float("angle_start_rad", c.angle_start_rad),
-        float("rate_start_rad_s", c.rate_start_rad_s),
-        float("angle_variance_start_rad2", c.angle_variance_start_rad2),
-        float("rate_variance_start_rad2_s2", c.rate_variance_start_rad2_s2),
-        float("measurement_variance_rad2_s2", c.measurement_variance_rad2_s2),
-        float("process_noise_rad2_s3", c.process_noise_rad2_s3),
-        integer("refinement_samples", samples),
-        integer("refinement_reading", c.refinement.reading.number()),
-    ];
-    if let EstimatorKind::TorsionalOscillation { period_s } = plan.kind {
-        parameters.push(float("period_s", period_s));
-    }
-    parameters
-}
-
 /// Gathers the record.
 struct Recorder<'a> {
     record: Record,
@@ -221,7 +140,7 @@ impl<'a> Recorder<'a> {
             names.extend(truth.map(|signal| format!("truth.{signal}")));
         }
         for plan in &scenario.estimators {
-            for signal in ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s"] {
+            for signal in ESTIMATOR_SIGNALS {
                 names.push(format!("{}.{signal}", plan.name));
             }
         }
@@ -254,10 +173,7 @@ impl Observer for Recorder<'_> {
             let by_rapier = u8::from(matches!(backend, Backend::Rapier { .. }));
             self.row.extend([twist_rad, twist_rate_rad_s, f64::from(by_rapier)]);
         }
-        for e in estimates {
-            let signals = [e.angle_rad, e.rate_rad_s, e.angle_sigma_rad, e.rate_sigma_rad_s];
-            self.row.extend(signals);
-        }
+        self.row.extend(estimates.iter().flat_map(estimator_values));
         self.record.push(&self.row);
         (self.progress)(sample.time);
     }

@@ -1,13 +1,15 @@
 //! FMPy, an importer that shares no code with this workspace, runs every exported FMU in both
 //! versions of FMI, and the probe FMU that misbehaves on demand.
 
+#![expect(clippy::panic, reason = "a panic fails the test")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use struna::fmu::{FmiVersion, ModelType, find_library, models, package};
 use struna_estimator::{
-    Filter, FilterConfig, PermanentRotation, RateEstimator, Reading, Refinement,
-    TorsionalOscillation,
+    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, GyroRange, Innovation, InnovationTest,
+    RateEstimator, Reading, Refinement, StartPrior, TestedFilter,
 };
 use struna_kernel::RAD_PER_DEG;
 use tempfile::TempDir;
@@ -83,14 +85,23 @@ fn probes() -> impl Iterator<Item = Built> {
     FmiVersion::ALL.into_iter().map(move |version| build(&PROBE, version, &library))
 }
 
-/// A rate that turns, shakes and now and then is missing: (rate in rad/s, valid).
-fn inputs() -> Vec<(f64, bool)> {
+/// A rate that turns, shakes, and is struck once; now and then it is missing or marked as clipped.
+#[derive(Clone, Copy)]
+struct Input {
+    rate_rad_s: f64,
+    valid: bool,
+    over_range: bool,
+}
+
+fn inputs() -> Vec<Input> {
     let row = |k: u32| {
         let t = f64::from(k);
-        (
-            0.08 * (0.013 * t).cos() + 0.002 * (2.9 * t).sin(),
-            k % 11 != 4 && !(200..230).contains(&k),
-        )
+        let kick = if k > 400 { 0.05 } else { 0.0 };
+        Input {
+            rate_rad_s: 0.08 * (0.013 * t).cos() + 0.002 * (2.9 * t).sin() + kick,
+            valid: k % 11 != 4 && !(200..230).contains(&k),
+            over_range: k % 29 == 7 || (300..320).contains(&k),
+        }
     };
     (0..STEPS).map(row).collect()
 }
@@ -100,11 +111,13 @@ fn little_endian(doubles: impl IntoIterator<Item = f64>) -> Vec<u8> {
 }
 
 fn write_inputs(file: &str) {
-    let doubles = inputs().into_iter().flat_map(|(rate, valid)| [rate, f64::from(u8::from(valid))]);
+    let flag = |flag: bool| f64::from(u8::from(flag));
+    let row = |input: Input| [input.rate_rad_s, flag(input.valid), flag(input.over_range)];
+    let doubles = inputs().into_iter().flat_map(row);
     fs::write(file, little_endian(doubles)).expect("the temporary folder can be written");
 }
 
-/// The configuration that the variable table starts from.
+/// The configuration that the variable tables of 2008 start from.
 fn default_config() -> FilterConfig {
     let deg2 = RAD_PER_DEG * RAD_PER_DEG;
     FilterConfig {
@@ -118,42 +131,88 @@ fn default_config() -> FilterConfig {
     }
 }
 
-/// What the filter believes in process, after initialisation and after every step.
-fn in_process(model: &ModelType, config: FilterConfig, period_s: f64) -> Vec<u8> {
-    let name = model.description().name();
-    if name == "PermanentRotation" {
-        return record(Filter::<PermanentRotation>::permanent_rotation(config));
-    }
-    assert_eq!(name, "TorsionalOscillation", "a model without counterpart in process");
-    record(Filter::<TorsionalOscillation>::torsional_oscillation(config, period_s))
+/// The same of the filter that learns.
+fn default_augmented() -> AugmentedConfig {
+    let r = default_config().measurement_variance_rad2_s2;
+    AugmentedConfig::quiet(StartPrior::released(0.0, 480.0), r)
 }
 
-fn record<E: std::fmt::Debug>(filter: Result<impl RateEstimator, E>) -> Vec<u8> {
-    let mut filter = filter.expect("the configuration is good");
-    let row = |filter: &dyn RateEstimator, residual_rad_s, nis| {
-        let b = filter.belief();
-        let sigmas = [b.covariance.angle_rad2.sqrt(), b.covariance.rate_rad2_s2.sqrt()];
-        [b.angle_rad, b.rate_rad_s, sigmas[0], sigmas[1], residual_rad_s, nis]
-    };
-    let mut rows = vec![row(&filter, 0.0, 0.0)];
-    for (rate_rad_s, valid) in inputs() {
-        filter.predict(STEP_S).expect("the span is good");
-        let (mut residual_rad_s, mut nis) = (0.0, 0.0);
-        if valid {
-            let innovation = filter.update(rate_rad_s).expect("the rate is good");
-            (residual_rad_s, nis) = (innovation.residual_rad_s, innovation.nis());
+/// What the model called `name` believes in process as its variable table starts.
+fn by_default(name: &str) -> Vec<u8> {
+    match name {
+        "PermanentRotation" => record(Filter::permanent_rotation(default_config()), nothing_more),
+        "TorsionalOscillation" => {
+            record(Filter::torsional_oscillation(default_config(), 480.0), nothing_more)
         }
-        rows.push(row(&filter, residual_rad_s, nis));
+        "AugmentedTorsion" => {
+            let tested = TestedFilter::new(&default_augmented(), &InnovationTest::STANDARD);
+            record(tested, of_tested)
+        }
+        _ => panic!("{name}: a model without counterpart in process"),
     }
-    little_endian(rows.into_iter().flatten())
 }
 
-/// Compares records of six doubles a row, bit by bit, and names the first that differs.
+fn nothing_more<E>(_: &E) -> Vec<f64> {
+    Vec::new()
+}
+
+fn of_augmented(filter: &AugmentedFilter) -> Vec<f64> {
+    with_learnt(filter, filter.status().code(), 0)
+}
+
+fn of_tested(filter: &TestedFilter) -> Vec<f64> {
+    with_learnt(filter.filter(), filter.status().code(), filter.alarms())
+}
+
+fn with_learnt(filter: &AugmentedFilter, status: i32, alarms: u64) -> Vec<f64> {
+    let learnt = filter.learnt();
+    vec![
+        f64::from(status),
+        learnt.period_s,
+        learnt.period_sigma_s,
+        learnt.damping_ratio,
+        learnt.damping_ratio_sigma,
+        learnt.bias_rad_s,
+        learnt.bias_sigma_rad_s,
+        alarms as f64,
+    ]
+}
+
+/// What an estimator believes after initialisation and after every step, and what it has `more`.
+fn record<E: RateEstimator, F: std::fmt::Debug>(
+    made: Result<E, F>,
+    more: impl Fn(&E) -> Vec<f64>,
+) -> Vec<u8> {
+    let mut estimator = made.expect("the configuration is good");
+    let row = |estimator: &E, innovation: Option<Innovation>| {
+        let b = estimator.belief();
+        let sigmas = [b.covariance.angle_rad2.sqrt(), b.covariance.rate_rad2_s2.sqrt()];
+        let surprise = innovation.map_or([0.0; 2], |i| [i.residual_rad_s, i.nis()]);
+        let common = [b.angle_rad, b.rate_rad_s, sigmas[0], sigmas[1], surprise[0], surprise[1]];
+        [&common[..], &more(estimator)].concat()
+    };
+    let mut rows = row(&estimator, None);
+    for Input { rate_rad_s, valid, over_range } in inputs() {
+        estimator.predict(STEP_S).expect("the span is good");
+        let innovation = match (valid, over_range) {
+            (false, _) => None,
+            (true, false) => Some(estimator.update(rate_rad_s).expect("the rate is good")),
+            (true, true) => {
+                Some(estimator.update_over_range(rate_rad_s).expect("the rate is good"))
+            }
+        };
+        rows.extend(row(&estimator, innovation));
+    }
+    little_endian(rows)
+}
+
+/// Compares records bit by bit, and names the first place that differs.
 fn assert_same_bits(fmu: &Built, of_fmu: &str, expected: &[u8]) {
     let got = fs::read(of_fmu).expect("the script has written its outputs");
     assert_eq!(got.len(), expected.len(), "{}: bytes of record", fmu.path);
+    let columns = expected.len() / 8 / (STEPS as usize + 1);
     let differs = got.chunks(8).zip(expected.chunks(8)).position(|(a, b)| a != b);
-    let place = differs.map(|place| format!("row {}, column {}", place / 6, place % 6));
+    let place = differs.map(|at| format!("row {}, column {}", at / columns, at % columns));
     assert_eq!(place, None, "{} differs", fmu.path);
 }
 
@@ -173,12 +232,24 @@ fn fmu_and_in_process_estimates_are_bit_identical_in_fmpy() {
         let (inputs, outputs) = (fmu.file("inputs"), fmu.file("outputs"));
         write_inputs(&inputs);
         run("steps.py", &[&fmu.path, &STEP_S.to_string(), &inputs, &outputs]);
-        assert_same_bits(&fmu, &outputs, &in_process(model, default_config(), 480.0));
+        assert_same_bits(&fmu, &outputs, &by_default(model.description().name()));
+    }
+}
+
+/// Runs every FMU of the model called `name` with `parameters`; `expected` is what it believes.
+fn assert_parameters_reach(name: &str, parameters: &[&str], expected: &[u8]) {
+    for (_, _, fmu) in every_fmu().filter(|(model, ..)| model.description().name() == name) {
+        let (inputs, outputs) = (fmu.file("inputs"), fmu.file("outputs"));
+        write_inputs(&inputs);
+        let step = STEP_S.to_string();
+        let arguments = [&[fmu.path.as_str(), &step, &inputs, &outputs], parameters].concat();
+        run("steps.py", &arguments);
+        assert_same_bits(&fmu, &outputs, expected);
     }
 }
 
 #[test]
-fn parameters_reach_the_filter_inside_the_fmu() {
+fn parameters_reach_the_filters_of_2008_inside_the_fmu() {
     let config = FilterConfig {
         angle_start_rad: 0.75,
         rate_start_rad_s: -0.125,
@@ -188,27 +259,87 @@ fn parameters_reach_the_filter_inside_the_fmu() {
         process_noise_rad2_s3: 0.001,
         refinement: Refinement { samples: 7, reading: Reading::M0 },
     };
-    for (model, _, fmu) in every_fmu() {
-        let (inputs, outputs) = (fmu.file("inputs"), fmu.file("outputs"));
-        write_inputs(&inputs);
-        let step = STEP_S.to_string();
-        let mut arguments = vec![fmu.path.as_str(), &step, &inputs, &outputs];
-        arguments.extend([
-            "angle_start_rad=0.75",
-            "rate_start_rad_s=-0.125",
-            "angle_variance_start_rad2=0.5",
-            "rate_variance_start_rad2_s2=0.25",
-            "measurement_variance_rad2_s2=0.0625",
-            "process_noise_rad2_s3=0.001",
-            "refinement_samples=7",
-            "refinement_reading=0",
-        ]);
-        if model.description().name() == "TorsionalOscillation" {
-            arguments.push("period_s=12.5");
-        }
-        run("steps.py", &arguments);
-        assert_same_bits(&fmu, &outputs, &in_process(model, config, 12.5));
-    }
+    let common = [
+        "angle_start_rad=0.75",
+        "rate_start_rad_s=-0.125",
+        "angle_variance_start_rad2=0.5",
+        "rate_variance_start_rad2_s2=0.25",
+        "measurement_variance_rad2_s2=0.0625",
+        "process_noise_rad2_s3=0.001",
+        "refinement_samples=7",
+        "refinement_reading=0",
+    ];
+    let rotation = record(Filter::permanent_rotation(config), nothing_more);
+    assert_parameters_reach("PermanentRotation", &common, &rotation);
+    let torsion = record(Filter::torsional_oscillation(config, 12.5), nothing_more);
+    let parameters = [&common[..], &["period_s=12.5"]].concat();
+    assert_parameters_reach("TorsionalOscillation", &parameters, &torsion);
+}
+
+#[test]
+fn parameters_reach_the_filter_that_learns_and_its_test_inside_the_fmu() {
+    let config = AugmentedConfig {
+        start: StartPrior {
+            angle_rad: 0.75,
+            angle_sigma_rad: 0.5,
+            rate_rad_s: -0.125,
+            rate_sigma_rad_s: 0.25,
+            period_s: 12.5,
+            period_sigma_s: 0.5,
+            damping_ratio: 0.0625,
+            damping_ratio_sigma: 0.03125,
+            bias_rad_s: 0.001,
+            bias_sigma_rad_s: 0.002,
+        },
+        measurement_variance_rad2_s2: 1e-6,
+        process_noise_rad2_s3: 1e-5,
+        bias_walk_rad2_s3: 1e-8,
+        scale_factor_sigma: 0.125,
+        range: Some(GyroRange { limit_rad_s: 0.1, margin_rad_s: 0.02 }),
+    };
+    let common = [
+        "angle_start_rad=0.75",
+        "angle_sigma_start_rad=0.5",
+        "rate_start_rad_s=-0.125",
+        "rate_sigma_start_rad_s=0.25",
+        "period_start_s=12.5",
+        "period_sigma_start_s=0.5",
+        "damping_ratio_start=0.0625",
+        "damping_ratio_sigma_start=0.03125",
+        "bias_start_rad_s=0.001",
+        "bias_sigma_start_rad_s=0.002",
+        "measurement_variance_rad2_s2=1e-6",
+        "process_noise_rad2_s3=1e-5",
+        "bias_walk_rad2_s3=1e-8",
+        "scale_factor_sigma=0.125",
+        "gyro_range_rad_s=0.1",
+        "gyro_range_margin_rad_s=0.02",
+    ];
+    let alone = record(AugmentedFilter::new(&config), of_augmented);
+    let parameters = [&common[..], &["innovation_test=false"]].concat();
+    assert_parameters_reach("AugmentedTorsion", &parameters, &alone);
+    let test =
+        InnovationTest { false_alarms: 0.5, horizon_samples: 2048, kick_floor_rad_s: 0.015625 };
+    let parameters = [
+        &common[..],
+        &["test_false_alarms=0.5", "test_horizon_samples=2048", "test_kick_floor_rad_s=0.015625"],
+    ]
+    .concat();
+    let tested = TestedFilter::new(&config, &test);
+    assert_parameters_reach("AugmentedTorsion", &parameters, &record(tested, of_tested));
+}
+
+/// The bits above mean little for the test if it never raised an alarm.
+#[test]
+fn the_inputs_make_the_tested_filter_go_back() {
+    let doubles: Vec<f64> = by_default("AugmentedTorsion")
+        .chunks(8)
+        .map(|bytes| f64::from_le_bytes(bytes.try_into().expect("eight bytes")))
+        .collect();
+    let last = doubles.chunks(14).last().expect("a row for each step");
+    let (status, alarms) = (last[6], last[13]);
+    assert!(alarms >= 2.0, "{alarms} alarms");
+    assert!(status > 0.0, "status {status}");
 }
 
 #[test]
@@ -217,17 +348,18 @@ fn fmpys_own_simulation_gives_the_same_bits() {
         let (inputs, outputs) = (fmu.file("inputs"), fmu.file("outputs"));
         write_inputs(&inputs);
         run("simulate.py", &[&fmu.path, &STEP_S.to_string(), &inputs, &outputs]);
-        assert_same_bits(&fmu, &outputs, &in_process(model, default_config(), 480.0));
+        assert_same_bits(&fmu, &outputs, &by_default(model.description().name()));
     }
 }
 
 #[test]
 fn saved_serialized_and_reset_states_continue_bit_for_bit() {
     let fmus: Vec<_> = every_fmu().collect();
-    for pair in fmus.chunks(2) {
-        let [(_, _, one), (_, _, other)] = pair else { panic!("each version has two models") };
-        run("states.py", &[&one.path, &other.path]);
-        run("states.py", &[&other.path, &one.path]);
+    for of_a_version in fmus.chunks(models().len()) {
+        for (k, (_, _, fmu)) in of_a_version.iter().enumerate() {
+            let (_, _, another) = &of_a_version[(k + 1) % of_a_version.len()];
+            run("states.py", &[&fmu.path, &another.path]);
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use struna::record::Record;
-use struna::scenario::{RunAs, Scenario};
+use struna::scenario::{EstimatorKind, RunAs, Scenario};
 use struna::session;
 use struna_gyro::Gyro;
 use struna_harness::{Averager, Emulator, Pipeline, PipelineReport};
@@ -18,8 +18,16 @@ fn demo(run_as: &RunAs) -> Scenario {
     for plan in &mut scenario.estimators {
         plan.run_as = run_as.clone();
         // Without insertions, so that the covariance tells of gaps alone.
-        plan.config.refinement.samples = 0;
-        plan.config.process_noise_rad2_s3 = 1e-8;
+        match &mut plan.kind {
+            EstimatorKind::PlainIntegration(config)
+            | EstimatorKind::PermanentRotation(config)
+            | EstimatorKind::TorsionalOscillation { config, .. } => {
+                config.refinement.samples = 0;
+                config.process_noise_rad2_s3 = 1e-8;
+            }
+            EstimatorKind::AugmentedTorsion(config)
+            | EstimatorKind::TestedTorsion { config, .. } => config.process_noise_rad2_s3 = 1e-8,
+        }
     }
     scenario
 }

@@ -13,10 +13,10 @@ pub struct Hil {
     /// Frame layout: a shipped name or a .toml file [default: the scenario's]
     #[arg(long, value_name = "FRAME")]
     pub frame: Option<String>,
-    /// Estimator to run, by name; may be given several times [default: all there are]
+    /// Estimator to run, by name; may be given several times [default: the usual]
     #[arg(long = "estimator", value_name = "NAME")]
     pub estimators: Vec<String>,
-    /// Scenario whose estimators, averaging and frame are taken [default: integration and rotation]
+    /// Scenario whose estimators, averaging and frame are taken [default: none]
     #[arg(long, value_name = "SCENARIO.toml")]
     pub scenario: Option<PathBuf>,
     /// Folder for the results [default: out/hil, or replay in the replayed folder]
@@ -31,7 +31,7 @@ pub struct Hil {
     /// Gyro samples averaged into one [default: the scenario's, or to at most 100 Hz]
     #[arg(long, value_name = "M")]
     pub averaging: Option<u64>,
-    /// Period of the torsional oscillation, s: adds the filter that knows it
+    /// Period of the torsional oscillation, s, to 1 %: runs the filter that learns it
     #[arg(long, value_name = "T", value_parser = positive, conflicts_with = "scenario")]
     pub period_s: Option<f64>,
     /// Angle at the start, deg

@@ -5,7 +5,7 @@
 use crate::hil::recorder::{Screen, Status};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write;
-use struna_kernel::RAD_PER_DEG;
+use struna_kernel::{EstimateStatus, RAD_PER_DEG};
 
 /// The state of a live run on one line of standard error; silent when that is no terminal.
 #[derive(Debug)]
@@ -65,6 +65,9 @@ fn line(status: &Status<'_>) -> String {
             add(format_args!("+-{:.2}", estimate.angle_sigma_rad / RAD_PER_DEG));
         }
         add(format_args!(" deg"));
+        if estimate.status != EstimateStatus::Nominal {
+            add(format_args!(", {}", estimate.status.words()));
+        }
     }
     line
 }
@@ -78,19 +81,24 @@ mod tests {
     #[test]
     fn the_line_tells_time_rate_angles_frames_and_skew() {
         let time = SimTime::from_ns(12_340_000_000);
-        let estimate = |angle_sigma_rad| AngleEstimate {
+        let estimate = |angle_sigma_rad, status| AngleEstimate {
             time,
             angle_rad: RAD_PER_DEG,
             rate_rad_s: 0.0,
             angle_sigma_rad,
             rate_sigma_rad_s: f64::NAN,
+            nis: f64::NAN,
+            status,
         };
         let names = ["integration".to_owned(), "rotation".to_owned()];
         let status = Status {
             time,
             rate_rad_s: Some(-2.0 * RAD_PER_DEG),
             names: &names,
-            estimates: &[estimate(f64::NAN), estimate(0.5 * RAD_PER_DEG)],
+            estimates: &[
+                estimate(f64::NAN, EstimateStatus::Nominal),
+                estimate(0.5 * RAD_PER_DEG, EstimateStatus::Disturbed),
+            ],
             frames: 3700,
             lost: 2,
             skew: Some(Skew { ppm: 50.04, sigma_ppm: 0.26 }),
@@ -99,7 +107,7 @@ mod tests {
         assert_eq!(
             line(&status),
             "12.3 s  3700 frames, 2 lost  +50.0+-0.3 ppm  -2.000 deg/s  integration +1.00 deg  \
-             rotation +1.00+-0.50 deg"
+             rotation +1.00+-0.50 deg, disturbed"
         );
         let gone = line(&Status { gone_s: Some(1.5), skew: None, ..status });
         assert!(gone.contains("port gone for 1.5 s") && gone.contains("skew: not yet"), "{gone}");

@@ -18,7 +18,7 @@ const LIBRARY_VARIABLE: &str = "STRUNA_FMU_LIBRARY";
 #[non_exhaustive]
 pub enum PackageError {
     /// There is no such model.
-    #[error("no model is called {name:?}; there are {}", known.join(" and "))]
+    #[error("no model is called {name:?}; there are {}", known.join(", "))]
     UnknownModel {
         /** The name asked for. */
         name: String,
@@ -208,7 +208,7 @@ mod tests {
         let folder = tempdir().unwrap();
         let refused = crate::fmu::build("Pendulum", FmiVersion::Fmi2, folder.path()).unwrap_err();
         let said = refused.to_string();
-        assert!(said.contains("PermanentRotation and TorsionalOscillation"), "{said}");
+        assert!(said.contains("PermanentRotation, TorsionalOscillation"), "{said}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::raw::RawWriter;
 use super::statistics::{Arrivals, Gaps};
 use super::words;
 use crate::output::OutputError;
-use crate::record::{ESTIMATOR_SIGNALS, write_csv_names, write_csv_row};
+use crate::record::{ESTIMATOR_SIGNALS, estimator_values, write_csv_names, write_csv_row};
 use std::io::{self, Write};
 use std::path::Path;
 use struna_harness::clock::{Resolved, Skew};
@@ -208,9 +208,7 @@ impl LiveObserver for Recorder<'_> {
         self.figures.estimates.extend_from_slice(estimates);
         let over_range = f64::from(u8::from(sample.over_range));
         let common = [sample.time.as_s(), sample.rate_rad_s, over_range, sample.lost_before as f64];
-        let of =
-            |e: &AngleEstimate| [e.angle_rad, e.rate_rad_s, e.angle_sigma_rad, e.rate_sigma_rad_s];
-        let row = common.into_iter().chain(estimates.iter().flat_map(of));
+        let row = common.into_iter().chain(estimates.iter().flat_map(estimator_values));
         let written = write_csv_row(row, self.record.entries()).and_then(|()| self.record.settle());
         self.note(RECORD, written);
     }

@@ -51,6 +51,7 @@ struct Final {
     angle_sigma_deg: f64,
     rate_deg_s: f64,
     rate_sigma_deg_s: f64,
+    status: &'static str,
 }
 
 impl HilReport {
@@ -72,6 +73,7 @@ impl HilReport {
             angle_sigma_deg: e.angle_sigma_rad / RAD_PER_DEG,
             rate_deg_s: e.rate_rad_s / RAD_PER_DEG,
             rate_sigma_deg_s: e.rate_sigma_rad_s / RAD_PER_DEG,
+            status: e.status.words(),
         });
         Self {
             schema: "struna.hil/1",
@@ -124,18 +126,19 @@ impl HilReport {
         let width = self.estimators.iter().map(|e| e.name.len()).max().unwrap_or(0).max(9);
         writeln!(
             f,
-            "{:width$}  {:>11}  {:>9}  {:>11}  {:>9}",
+            "{:width$}  {:>11}  {:>9}  {:>11}  {:>9}  status",
             "estimator", "angle, deg", "+-", "rate, deg/s", "+-"
         )?;
         for e in &self.estimators {
             writeln!(
                 f,
-                "{:width$}  {:>11.4}  {:>9}  {:>11.6}  {:>9}",
+                "{:width$}  {:>11.4}  {:>9}  {:>11.6}  {:>9}  {}",
                 e.name,
                 e.angle_deg,
                 claimed(e.angle_sigma_deg, 4),
                 e.rate_deg_s,
                 claimed(e.rate_sigma_deg_s, 6),
+                e.status,
             )?;
         }
         writeln!(f)

@@ -5,7 +5,9 @@ use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario};
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use struna_estimator::{FilterConfig, Reading, Refinement};
+use struna_estimator::{
+    AugmentedConfig, FilterConfig, InnovationTest, Reading, Refinement, StartPrior,
+};
 use struna_kernel::{RAD_PER_DEG, SimTime};
 use struna_wire::FrameSpec;
 
@@ -18,12 +20,23 @@ const OUTPUT_HZ_MAX: f64 = 100.0;
 const AVERAGING_MAX: u64 = 1_000_000;
 const LATENCY_S_MAX: f64 = 10.0;
 
-// Defaults of estimators without a scenario: the demo's, with more doubt about the start.
+// Defaults of estimators without a scenario.
 /// Rate noise of the VG-910D, deg/s for one sample a second.
 const RATE_NOISE_DEG_S: f64 = 0.00117;
+/// Its scale factor, relative, from one gyro and temperature to the next.
+const SCALE_FACTOR_SIGMA: f64 = 0.002;
+/// Its bias instability, 3 °/h, taken as a random walk that goes so far within a second: deg²/s³.
+/// With less the filter takes the wandering of the bias for kicks of the body.
+const BIAS_WALK_DEG2_S3: f64 = 1e-6;
 const ANGLE_SIGMA_START_DEG: f64 = 1.0;
+/// The body may be moving already.
 const RATE_SIGMA_START_DEG_S: f64 = 10.0;
+/// Of the 2008 filter of torsion.
 const REFINEMENT_SAMPLES: u32 = 100;
+/// What torsion is to a filter that takes the rate for constant: 0.06 deg/s² for some 100 s, on a
+/// string of 480 s that is wound by a turn. Its refinement stays off, for that replaces what the
+/// filter claims of the angle by how well the angle agrees with a sum of the same rates.
+const ROTATION_NOISE_DEG2_S3: f64 = 0.4;
 
 /// Everything that decides what is made of the bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +46,7 @@ pub struct Setup {
     pub frame_toml: Option<String>,
     /// The scenario, if one was given.
     pub scenario: Option<ScenarioText>,
-    /// Names of the estimators; all there are, when empty.
+    /// Names of the estimators; those of the scenario or the usual ones, when empty.
     pub estimators: Vec<String>,
     /// Gyro samples averaged into one; the scenario's number or a default, without.
     pub averaging_samples: Option<u64>,
@@ -134,47 +147,76 @@ impl Setup {
             "averaging over {averaging_samples} samples: take 1 to {AVERAGING_MAX}"
         );
         let output_hz = frame.timing().rate_hz / averaging_samples as f64;
-        let known = match scenario {
-            Some(scenario) => scenario.estimators,
-            None => self.default_estimators(output_hz)?,
+        let (known, usual) = match scenario {
+            Some(scenario) => (scenario.estimators, None),
+            None => (self.default_estimators(output_hz)?, Some(self.usual())),
         };
-        let estimators = chosen(known, &self.estimators)?;
+        let estimators = match usual {
+            Some(usual) if self.estimators.is_empty() => chosen(known, &usual.map(str::to_owned))?,
+            _ => chosen(known, &self.estimators)?,
+        };
         let latency = SimTime::from_s(self.latency_s)?;
         Ok(Plan { frame, estimators, averaging_samples, latency })
     }
 
+    /// Names of the estimators that run when none is named.
+    fn usual(&self) -> [&'static str; 2] {
+        ["integration", if self.torsion_period_s.is_some() { "tested" } else { "rotation" }]
+    }
+
     fn default_estimators(&self, output_hz: f64) -> Result<Vec<EstimatorPlan>> {
-        let sigma = |deg: f64| (deg * RAD_PER_DEG).powi(2);
-        let config = |samples| FilterConfig {
+        let config = |samples, process_noise_deg2_s3| FilterConfig {
             angle_start_rad: self.angle_start_deg * RAD_PER_DEG,
             rate_start_rad_s: 0.0,
-            angle_variance_start_rad2: sigma(ANGLE_SIGMA_START_DEG),
-            rate_variance_start_rad2_s2: sigma(RATE_SIGMA_START_DEG_S),
-            measurement_variance_rad2_s2: sigma(RATE_NOISE_DEG_S * output_hz.sqrt()),
-            process_noise_rad2_s3: 0.0,
+            angle_variance_start_rad2: variance_of_deg(ANGLE_SIGMA_START_DEG),
+            rate_variance_start_rad2_s2: variance_of_deg(RATE_SIGMA_START_DEG_S),
+            measurement_variance_rad2_s2: variance_of_deg(RATE_NOISE_DEG_S * output_hz.sqrt()),
+            process_noise_rad2_s3: process_noise_deg2_s3 * RAD_PER_DEG * RAD_PER_DEG,
             refinement: Refinement { samples, reading: Reading::M6 },
         };
-        let plan = |name: &str, kind, samples| EstimatorPlan {
-            name: name.to_owned(),
-            kind,
-            run_as: RunAs::InProcess,
-            config: config(samples),
+        let plan = |name: &str, kind| {
+            let (name, run_as) = (name.to_owned(), RunAs::InProcess);
+            EstimatorPlan { name, kind, run_as }
         };
         ensure!(self.angle_start_deg.is_finite(), "a start angle is a number");
+        let rotation = config(0, ROTATION_NOISE_DEG2_S3);
         let mut plans = vec![
-            plan("integration", EstimatorKind::PlainIntegration, 0),
-            plan("rotation", EstimatorKind::PermanentRotation, REFINEMENT_SAMPLES),
+            plan("integration", EstimatorKind::PlainIntegration(config(0, 0.0))),
+            plan("rotation", EstimatorKind::PermanentRotation(rotation)),
         ];
         if let Some(period_s) = self.torsion_period_s {
             ensure!(
                 period_s.is_finite() && period_s > 0.0,
                 "a torsion period of {period_s} s is none: write a positive number"
             );
-            let kind = EstimatorKind::TorsionalOscillation { period_s };
-            plans.push(plan("torsion", kind, REFINEMENT_SAMPLES));
+            let config = config(REFINEMENT_SAMPLES, 0.0);
+            plans.push(plan("torsion", EstimatorKind::TorsionalOscillation { config, period_s }));
+            plans.push(plan("tested", self.tested(output_hz, period_s)?));
         }
         Ok(plans)
     }
+
+    /// The filter that learns, told little of the start: the body may be moving, and the angle be
+    /// anything.
+    fn tested(&self, output_hz: f64, period_s: f64) -> Result<EstimatorKind> {
+        let start = StartPrior {
+            rate_sigma_rad_s: RATE_SIGMA_START_DEG_S * RAD_PER_DEG,
+            ..StartPrior::released(self.angle_start_deg * RAD_PER_DEG, period_s)
+        };
+        let r = variance_of_deg(RATE_NOISE_DEG_S * output_hz.sqrt());
+        let config = AugmentedConfig {
+            scale_factor_sigma: SCALE_FACTOR_SIGMA,
+            bias_walk_rad2_s3: BIAS_WALK_DEG2_S3 * RAD_PER_DEG * RAD_PER_DEG,
+            ..AugmentedConfig::quiet(start, r)
+        };
+        config.validate()?;
+        Ok(EstimatorKind::TestedTorsion { config, test: InnovationTest::STANDARD })
+    }
+}
+
+/// Variance in rad or rad/s, squared, of a deviation in degrees.
+fn variance_of_deg(sigma_deg: f64) -> f64 {
+    (sigma_deg * RAD_PER_DEG).powi(2)
 }
 
 /// Those of `known` that `names` name, in the order of `known`.
@@ -182,7 +224,8 @@ fn chosen(known: Vec<EstimatorPlan>, names: &[String]) -> Result<Vec<EstimatorPl
     let is_known = |name: &&String| !known.iter().any(|plan| plan.name == **name);
     if let Some(name) = names.iter().find(is_known) {
         let there: Vec<_> = known.iter().map(|plan| plan.name.as_str()).collect();
-        let hint = if name == "torsion" { "; torsion needs --period-s" } else { "" };
+        let needs_period = matches!(name.as_str(), "torsion" | "tested");
+        let hint = if needs_period { format!("; {name} needs --period-s") } else { String::new() };
         bail!("no estimator is called '{name}'; there are: {}{hint}", there.join(", "));
     }
     let wanted = |plan: &EstimatorPlan| names.is_empty() || names.contains(&plan.name);
@@ -232,13 +275,18 @@ mod tests {
     }
 
     #[test]
-    fn without_a_scenario_there_are_integration_and_rotation_and_torsion_with_its_period() {
+    fn without_a_scenario_there_are_integration_and_rotation_or_what_learns_a_period() {
         let plan = setup().plan().unwrap();
         let names: Vec<_> = plan.estimators.iter().map(|plan| plan.name.as_str()).collect();
         assert_eq!(names, ["integration", "rotation"]);
         assert_eq!(plan.averaging_samples, 3, "300 Hz to 100 Hz");
-        let with_period = Setup { torsion_period_s: Some(480.0), ..setup() }.plan().unwrap();
-        assert_eq!(with_period.estimators.len(), 3);
+        let with_period = Setup { torsion_period_s: Some(480.0), ..setup() };
+        let names = |setup: &Setup| -> Vec<String> {
+            setup.plan().unwrap().estimators.into_iter().map(|plan| plan.name).collect()
+        };
+        assert_eq!(names(&with_period), ["integration", "tested"]);
+        let named = ["torsion", "rotation"].map(str::to_owned).to_vec();
+        assert_eq!(names(&Setup { estimators: named, ..with_period }), ["rotation", "torsion"]);
     }
 
     #[test]
@@ -254,7 +302,7 @@ mod tests {
         let text = include_str!("../../scenarios/demo.toml").to_owned();
         let scenario = Some(ScenarioText { path: PathBuf::from("demo.toml"), text });
         let plan = Setup::new(None, scenario).plan().unwrap();
-        assert_eq!((plan.estimators.len(), plan.averaging_samples), (3, 3));
+        assert_eq!((plan.estimators.len(), plan.averaging_samples), (4, 3));
         assert_eq!(plan.frame.name(), "struna/vg910d@1", "the scenario's own");
         assert!(Setup::new(None, None).plan().is_err());
     }

@@ -162,6 +162,7 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
     let estimators = root.tables("estimator", ESTIMATORS_MAX)?;
     let source = source::source(root, folder)?;
     let gyro = gyro::gyro(root, &source, folder)?;
+    let averaging_samples = averaging(root)?;
     let scenario = Scenario {
         name,
         duration,
@@ -173,8 +174,8 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
         frame_called: frame.name().to_owned(),
         line: LinePlan::of_frame(&frame),
         frame,
-        averaging_samples: averaging(root)?,
-        estimators: estimators::estimators(&estimators, folder)?,
+        averaging_samples,
+        estimators: estimators::estimators(&estimators, folder, averaging_samples)?,
         faults: fault::plan(root)?,
     };
     Ok((scenario, frame_file))

@@ -37,12 +37,20 @@ fn the_help_of_every_command_shows_an_example() {
 }
 
 #[test]
-fn fmu_list_names_both_models_and_their_variables() {
+fn fmu_list_names_every_model_and_its_variables() {
     let list = Desk::new().done(&["fmu", "list"]);
-    for word in ["PermanentRotation ", "TorsionalOscillation ", " measured_rate_rad_s ", " nis "] {
+    for word in [
+        "PermanentRotation ",
+        "TorsionalOscillation ",
+        "AugmentedTorsion ",
+        " measured_rate_rad_s ",
+        " nis ",
+        " status ",
+    ] {
         assert!(list.contains(word), "{word:?} not in:\n{list}");
     }
-    assert_eq!(list.matches(" period_s ").count(), 1, "{list}");
+    // A parameter of the one that knows it, an output of the one that learns it.
+    assert_eq!(list.matches(" period_s ").count(), 2, "{list}");
 }
 
 #[test]
@@ -57,6 +65,10 @@ fn fmu_list_shows_kind_causality_unit_and_start_in_columns() {
         "angle_sigma_rad Float64 output rad -",
         "refinement_samples Int32 parameter 1 100",
         "period_s Float64 parameter s 480.0",
+        "period_s Float64 output s -",
+        "period_start_s Float64 parameter s 480.0",
+        "innovation_test Boolean parameter 1 true",
+        "status Int32 output 1 -",
     ] {
         let cells: Vec<_> = row.split(' ').collect();
         assert!(shown.contains(&cells), "{row:?} not in:\n{list}");
@@ -107,7 +119,9 @@ fn fmu_list_ends_well_when_its_reader_has_seen_enough() {
     assert!(ended.status.success() && ended.stderr.is_empty(), "{ended:?}");
 }
 
-const FMUS: [&str; 4] = [
+const FMUS: [&str; 6] = [
+    "AugmentedTorsion_fmi2.fmu",
+    "AugmentedTorsion_fmi3.fmu",
     "PermanentRotation_fmi2.fmu",
     "PermanentRotation_fmi3.fmu",
     "TorsionalOscillation_fmi2.fmu",
@@ -115,7 +129,7 @@ const FMUS: [&str; 4] = [
 ];
 
 #[test]
-fn fmu_build_writes_both_models_for_both_versions() {
+fn fmu_build_writes_every_model_for_both_versions() {
     let desk = Desk::new();
     let printed = desk.done(&["fmu", "build", "--out", "fmus"]);
     let expected: BTreeSet<String> = FMUS.iter().map(|name| format!("fmus/{name}")).collect();
@@ -180,13 +194,25 @@ fn a_run_writes_record_score_figure_and_fmus() {
     let backend = "rapier, rapier3d-f64 0.36.1, step 0.001 s";
     names(
         &printed,
-        &["integration", "rotation", "torsion", backend, "600 frames sent, 600 received, 0 lost"],
+        &[
+            "integration",
+            "rotation",
+            "torsion",
+            "tested",
+            backend,
+            "600 frames sent, 600 received, 0 lost",
+        ],
     );
     let written = ["record.csv", "score.json", "figure.svg"];
     names(&printed, &["written to results"]);
-    let fmus = ["fmu/PermanentRotation_fmi3.fmu", "fmu/TorsionalOscillation_fmi3.fmu"];
-    let mut expected: BTreeSet<String> =
-        written.iter().chain(&fmus).map(|name| format!("results/{name}")).collect();
+    let fmus = ["AugmentedTorsion", "PermanentRotation", "TorsionalOscillation"]
+        .map(|model| format!("fmu/{model}_fmi3.fmu"));
+    let mut expected: BTreeSet<String> = written
+        .map(str::to_owned)
+        .iter()
+        .chain(&fmus)
+        .map(|name| format!("results/{name}"))
+        .collect();
     expected.insert("s.toml".to_owned());
     assert_eq!(desk.files(), expected);
 
@@ -198,7 +224,7 @@ fn a_run_writes_record_score_figure_and_fmus() {
     let score = score(&desk, "results/score.json");
     assert_eq!((&score["seed"], &score["interrupted"]), (&7.into(), &false.into()));
     assert_eq!((&score["backend"], &score["stopped"]), (&backend.into(), &().into()));
-    assert_eq!(score["estimators"].as_array().map(Vec::len), Some(3));
+    assert_eq!(score["estimators"].as_array().map(Vec::len), Some(4));
     let figure = desk.text("results/figure.svg");
     assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
     names(&figure, &["demo: 2 s, seed 7, ", backend]);

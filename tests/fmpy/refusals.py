@@ -3,7 +3,7 @@
 import math
 import sys
 
-from slave import ERROR, OUTPUTS, Slave, bits, unpacked
+from slave import ERROR, Slave, bits, inputs_of, outputs_of, unpacked
 
 H = 1 / 128  # exact in binary, so that times in log lines are too
 
@@ -18,37 +18,66 @@ def before_initialization(description, folder):
     slave.free()
 
 
+BAD = {
+    "measurement_variance_rad2_s2": (0.0, "= 0 "),
+    "angle_variance_start_rad2": (-1.0, "= -1.0 "),
+    "rate_variance_start_rad2_s2": (-2.0, "= -2.0 "),
+    "process_noise_rad2_s3": (-3.0, "= -3.0 "),
+    "refinement_samples": (-4, "= -4 "),
+    "refinement_reading": (3, "= 3 "),
+    "angle_sigma_start_rad": (-1.0, "= -1.0 "),
+    "rate_sigma_start_rad_s": (-2.0, "= -2.0 "),
+    "period_start_s": (1e13, "= 10000000000000 "),
+    "period_sigma_start_s": (-1.5, "= -1.5 "),
+    "damping_ratio_start": (-0.5, "= -0.5 "),
+    "damping_ratio_sigma_start": (-0.25, "= -0.25 "),
+    "bias_sigma_start_rad_s": (-1.0, "= -1.0 "),
+    "bias_walk_rad2_s3": (-1.0, "= -1.0 "),
+    "scale_factor_sigma": (-1.0, "= -1.0 "),
+    "gyro_range_rad_s": (-1.0, "= -1.0 "),
+    "test_false_alarms": (1.0, "= 1 "),
+    "test_horizon_samples": (2047, "= 2047 "),
+    "test_kick_floor_rad_s": (-1.0, "= -1.0 "),
+}
+# Sound by themselves: anything finite, or either of two.
+FREE = {
+    "angle_start_rad", "rate_start_rad_s", "bias_start_rad_s", "gyro_range_margin_rad_s",
+    "innovation_test",
+}
+
+
 def bad_parameters(description, folder):
-    bad = {
-        "measurement_variance_rad2_s2": (0.0, "= 0 "),
-        "angle_variance_start_rad2": (-1.0, "= -1.0 "),
-        "rate_variance_start_rad2_s2": (-2.0, "= -2.0 "),
-        "process_noise_rad2_s3": (-3.0, "= -3.0 "),
-        "refinement_samples": (-4, "= -4 "),
-        "refinement_reading": (3, "= 3 "),
-    }
     slave = Slave(description, folder)
-    if "period_s" in slave.variables:
+    parameters = {n for n, v in slave.variables.items() if v.causality == "parameter"}
+    bad = {name: BAD[name] for name in parameters & BAD.keys()}
+    if "period_s" in parameters:
         bad["period_s"] = (0.0, "= 0 ")
+    assert parameters - bad.keys() <= FREE, parameters - bad.keys()
     for name, (value, shown) in bad.items():
         slave.fmu.reset()
         slave.refused(ERROR, [name + " " + shown], slave.begin, **{name: value})
         assert "xitInitializationMode" in slave.log[-1][2], slave.log[-1]
+    if "gyro_range_rad_s" in parameters:
+        slave.fmu.reset()
+        margin = {"gyro_range_rad_s": 0.5, "gyro_range_margin_rad_s": 0.5}
+        slave.refused(ERROR, ["gyro_range_margin_rad_s = 0.5 "], slave.begin, **margin)
     slave.free()
 
 
 def in_step_mode(description, folder):
+    outputs_there = outputs_of(description)
     slave = Slave(description, folder)
     slave.begin(start=0.0, stop=1.0)
     for k in range(10):
         slave.set(measured_rate_rad_s=0.02)
         slave.step(k, H)
-    outputs = bits(slave.get(*OUTPUTS))
+    outputs = bits(slave.get(*outputs_there))
     refused = slave.refused
 
     refused(ERROR, ["angle_rad = 1.0", "output"], slave.set, angle_rad=1.0)
     refused(ERROR, ["angle_start_rad = 1.5", "fixed"], slave.set, angle_start_rad=1.5)
-    refused(ERROR, ["refinement_samples = 7", "fixed"], slave.set, refinement_samples=7)
+    for name in slave.variables.keys() & {"refinement_samples", "test_horizon_samples"}:
+        refused(ERROR, [f"{name} = 7", "fixed"], slave.set, **{name: 7})
     refused(ERROR, ["time = 3.0", "independent"], slave.set, time=3.0)
     for value in (math.nan, math.inf, -math.inf):
         name = "measured_rate_rad_s"
@@ -65,7 +94,7 @@ def in_step_mode(description, folder):
     refused(ERROR, ["stop time 1"], slave.fmu.doStep, now, 0.95)
     refused(ERROR, ["initialization"], slave.fmu.enterInitializationMode)
 
-    assert bits(slave.get(*OUTPUTS)) == outputs, "a refused call changed an output"
+    assert bits(slave.get(*outputs_there)) == outputs, "a refused call changed an output"
     assert slave.get("measured_rate_rad_s") == [0.02], "a refused set changed the input"
     slave.step(10, H)
     straight = Slave(description, folder)
@@ -73,30 +102,30 @@ def in_step_mode(description, folder):
     for k in range(11):
         straight.set(measured_rate_rad_s=0.02)
         straight.step(k, H)
-    same = bits(slave.get(*OUTPUTS)) == bits(straight.get(*OUTPUTS))
+    same = bits(slave.get(*outputs_there)) == bits(straight.get(*outputs_there))
     assert same, "a refused call changed the state"
 
     slave.fmu.terminate()
     refused(ERROR, ["after termination"], slave.step, 11, H)
     refused(ERROR, ["after termination"], slave.set, measured_rate_rad_s=0.5)
-    slave.get(*OUTPUTS)
+    slave.get(*outputs_there)
     slave.free()
     straight.free()
 
 
-def a_step_refused_half_way(description, folder):
+def a_step_refused_half_way(description, folder, flag=None):
     """The prediction succeeds and the update overflows: neither may leave a trace."""
     slave = Slave(description, folder)
     slave.begin()
     slave.set(measured_rate_rad_s=0.02)
     slave.step(0, 64.0)
-    outputs = bits(slave.get(*OUTPUTS))
+    outputs = bits(slave.get(*outputs_of(description)))
     state = slave.fmu.getFMUState()
     before = slave.fmu.serializeFMUState(state)
-    slave.set(measured_rate_rad_s=1e308)
+    slave.set(measured_rate_rad_s=1e308, **({flag: True} if flag else {}))
     slave.refused(ERROR, ["floating point"], slave.step, 1, 64.0)
-    slave.set(measured_rate_rad_s=0.02)
-    assert bits(slave.get(*OUTPUTS)) == outputs, "outputs moved"
+    slave.set(measured_rate_rad_s=0.02, **({flag: False} if flag else {}))
+    assert bits(slave.get(*outputs_of(description))) == outputs, "outputs moved"
     state = slave.fmu.getFMUState()
     assert slave.fmu.serializeFMUState(state) == before, "the state moved"
     slave.free()
@@ -147,5 +176,7 @@ with unpacked(sys.argv[1]) as (description, folder):
     bad_parameters(description, folder)
     in_step_mode(description, folder)
     a_step_refused_half_way(description, folder)
+    if "measured_rate_over_range" in inputs_of(description):
+        a_step_refused_half_way(description, folder, "measured_rate_over_range")
     wrong_token(description, folder)
     logging(description, folder)

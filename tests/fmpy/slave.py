@@ -137,6 +137,20 @@ def bits(values):
     return struct.pack(f"<{len(values)}d", *values)
 
 
-OUTPUTS = [
+
+# What every estimator has; some have more.
+COMMON_OUTPUTS = [
     "angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s", "innovation_rad_s", "nis",
 ]
+
+
+def outputs_of(description):
+    """Names of all outputs, in the order of the variable table."""
+    names = [v.name for v in description.modelVariables if v.causality == "output"]
+    assert names[:len(COMMON_OUTPUTS)] == COMMON_OUTPUTS, names
+    return names
+
+
+def inputs_of(description):
+    """Names of all inputs."""
+    return [v.name for v in description.modelVariables if v.causality == "input"]

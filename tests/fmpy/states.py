@@ -7,7 +7,7 @@ import ctypes
 import math
 import sys
 
-from slave import ERROR, OUTPUTS, Slave, bits, unpacked
+from slave import ERROR, Slave, bits, inputs_of, outputs_of, unpacked
 
 H = 0.01
 
@@ -17,15 +17,30 @@ def run(slave, first, last):
     record = bytearray()
     for k in range(first, last):
         slave.set(measured_rate_rad_s=0.1 * math.sin(0.3 * k), measured_rate_valid=k % 7 != 3)
+        if "measured_rate_over_range" in slave.inputs:
+            slave.set(measured_rate_over_range=k % 13 == 5)
         slave.step(k, H)
-        record += bits(slave.get(*OUTPUTS))
+        record += bits(slave.get(*slave.outputs))
     return bytes(record)
 
 
-def check(description, folder, foreign):
+def started(description, folder):
+    """An instance that knows its inputs and outputs, still to be initialised."""
     slave = Slave(description, folder)
+    slave.inputs, slave.outputs = inputs_of(description), outputs_of(description)
+    return slave
+
+
+def parameters_of(slave):
+    own = {"refinement_samples": 5, "period_start_s": 5.0}
+    return {"angle_start_rad": 0.5, **{n: v for n, v in own.items() if n in slave.variables}}
+
+
+def check(description, folder, foreign):
+    slave = started(description, folder)
     fmu = slave.fmu
-    slave.begin(angle_start_rad=0.5, refinement_samples=5)
+    parameters = parameters_of(slave)
+    slave.begin(**parameters)
     before = run(slave, 0, 40)
 
     # A saved state brings back what steps have changed, as often as it is asked to.
@@ -37,7 +52,7 @@ def check(description, folder, foreign):
 
     # So does its serialized form in another instance.
     serialized = fmu.serializeFMUState(saved)
-    other = Slave(description, folder)
+    other = started(description, folder)
     state = other.fmu.deserializeFMUState(serialized)
     other.fmu.setFMUState(state)
     assert run(other, 40, 120) == straight, "serialized state runs differently"
@@ -47,7 +62,7 @@ def check(description, folder, foreign):
     fmu.reset()
     names = ("angle_start_rad", "measured_rate_rad_s", "measured_rate_valid", "time")
     assert slave.get(*names) == [0.0, 0.0, True, 0.0], "reset kept a value"
-    slave.begin(angle_start_rad=0.5, refinement_samples=5)
+    slave.begin(**parameters)
     assert run(slave, 0, 40) == before, "reset left something behind"
     fmu.setFMUState(saved)
     assert run(slave, 40, 120) == straight, "reset lost the saved state"
@@ -59,10 +74,11 @@ def check(description, folder, foreign):
 
     # Spoilt bytes are refused, and the run goes on as if nothing had been.
     fmu.reset()
-    slave.begin(angle_start_rad=0.5, refinement_samples=5)
+    slave.begin(**parameters)
     run(slave, 0, 40)
     refused = slave.refused
-    for place in range(0, len(serialized), 3):
+    # Every third byte of a small state; of one with a long history as many, evenly spread.
+    for place in range(0, len(serialized), max(3, len(serialized) // 300)):
         spoilt = bytearray(serialized)
         spoilt[place] ^= 0x40
         refused(ERROR, ["the serialized state is refused"], fmu.deserializeFMUState, bytes(spoilt))

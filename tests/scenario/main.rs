@@ -3,6 +3,7 @@
 
 #![expect(clippy::panic, reason = "a panic fails the test")]
 
+mod learning;
 mod rig;
 #[path = "../support/mod.rs"]
 mod support;
@@ -11,7 +12,7 @@ use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
-use struna::scenario::{ModelSource, Scenario, ScenarioError, Source};
+use struna::scenario::{EstimatorKind, ModelSource, Scenario, ScenarioError, Source};
 use struna_kernel::{BodyMotion, Seed, SimTime};
 
 /// The demo, moved by the equations of motion: they can do all that a scenario may ask for.
@@ -77,7 +78,9 @@ fn degrees_become_radians_on_the_way_in() {
     let Source::Model(model) = &scenario.source else { panic!("the demo runs a model") };
     let turn_rad = std::f64::consts::TAU;
     assert!((model.start.twist_rad / turn_rad - 1.0).abs() < 1e-15);
-    let filter = &scenario.estimators[1].config;
+    let EstimatorKind::PermanentRotation(filter) = &scenario.estimators[1].kind else {
+        panic!("the demo's second estimator assumes a constant rate")
+    };
     assert!((filter.angle_start_rad / turn_rad - 1.0).abs() < 1e-15);
     let sigma_deg_s = filter.measurement_variance_rad2_s2.sqrt().to_degrees();
     // A square and its root, and a degree and back: a few last bits.

@@ -43,6 +43,21 @@ pub enum Status {
 }
 
 impl Status {
+    /// The number of this status in records and FMUs, without the figures that go with it. Part of
+    /// their formats: never renumber.
+    #[must_use]
+    pub const fn code(&self) -> i32 {
+        match self {
+            Self::Nominal => 0,
+            Self::Swinging { .. } => 1,
+            Self::Fitting { .. } => 2,
+            Self::Disturbed { .. } => 3,
+            Self::ModelDoubtful => 4,
+            Self::ThreadYields { .. } => 5,
+            Self::NotObservable => 6,
+        }
+    }
+
     /// What can be said from a claimed variance of the angle alone, rad².
     pub(crate) fn of_claim(angle_variance_rad2: f64) -> Self {
         if is_unseen(angle_variance_rad2) { Self::NotObservable } else { Self::Nominal }

@@ -60,6 +60,7 @@ impl Fmi2 {
             binding.fmi2EnterInitializationMode.as_ref().err(),
             binding.fmi2ExitInitializationMode.as_ref().err(),
             binding.fmi2SetInteger.as_ref().err(),
+            binding.fmi2GetInteger.as_ref().err(),
             binding.fmi2SetBoolean.as_ref().err(),
             binding.fmi2Terminate.as_ref().err(),
             binding.fmi2FreeInstance.as_ref().err(),
@@ -204,6 +205,15 @@ impl Instance for Slave {
         // SAFETY: see the type; both arrays have `n` elements.
         let status = unsafe { (self.step.get_real)(self.handle, vr, n, values.as_mut_ptr()) };
         check(&self.name, "GetReal", status)
+    }
+
+    fn get_i32(&mut self, reference: ValueReference) -> Result<i32, ImportError> {
+        let mut value = 0;
+        // SAFETY: see the type; one reference, one value.
+        let status =
+            unsafe { self.binding.fmi2GetInteger(self.handle, &reference.0, 1, &mut value) };
+        check(&self.name, "GetInteger", status)?;
+        Ok(value)
     }
 
     fn initialise(&mut self, start_s: f64) -> Result<(), ImportError> {

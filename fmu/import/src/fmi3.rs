@@ -59,6 +59,7 @@ impl Fmi3 {
             binding.fmi3EnterInitializationMode.as_ref().err(),
             binding.fmi3ExitInitializationMode.as_ref().err(),
             binding.fmi3SetInt32.as_ref().err(),
+            binding.fmi3GetInt32.as_ref().err(),
             binding.fmi3SetBoolean.as_ref().err(),
             binding.fmi3Terminate.as_ref().err(),
             binding.fmi3FreeInstance.as_ref().err(),
@@ -214,6 +215,15 @@ impl Instance for Slave {
             (self.step.get_float64)(self.handle, vr, n, values.as_mut_ptr(), values.len())
         };
         check(&self.name, "GetFloat64", status)
+    }
+
+    fn get_i32(&mut self, reference: ValueReference) -> Result<i32, ImportError> {
+        let mut value = 0;
+        // SAFETY: see the type; one reference, one value.
+        let status =
+            unsafe { self.binding.fmi3GetInt32(self.handle, &reference.0, 1, &mut value, 1) };
+        check(&self.name, "GetInt32", status)?;
+        Ok(value)
     }
 
     fn initialise(&mut self, start_s: f64) -> Result<(), ImportError> {

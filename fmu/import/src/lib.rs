@@ -69,6 +69,12 @@ pub trait Instance: std::fmt::Debug {
         values: &mut [f64],
     ) -> Result<(), ImportError>;
 
+    /// Reads one Int32 (FMI 2.0: Integer) variable.
+    ///
+    /// # Errors
+    /// [`ImportError::Call`] when the FMU refuses.
+    fn get_i32(&mut self, reference: ValueReference) -> Result<i32, ImportError>;
+
     /// Enters and leaves initialization mode at `start_s`; parameters must be set before.
     ///
     /// # Errors

@@ -16,14 +16,14 @@ use struna_fmi_export::{
 };
 use struna_kernel::RAD_PER_DEG;
 
-const MEASURED_RATE_RAD_S: ValueReference = 1;
-const MEASURED_RATE_VALID: ValueReference = 2;
-const ANGLE_RAD: ValueReference = 3;
-const RATE_RAD_S: ValueReference = 4;
-const ANGLE_SIGMA_RAD: ValueReference = 5;
-const RATE_SIGMA_RAD_S: ValueReference = 6;
-const INNOVATION_RAD_S: ValueReference = 7;
-const NIS: ValueReference = 8;
+pub(crate) const MEASURED_RATE_RAD_S: ValueReference = 1;
+pub(crate) const MEASURED_RATE_VALID: ValueReference = 2;
+pub(crate) const ANGLE_RAD: ValueReference = 3;
+pub(crate) const RATE_RAD_S: ValueReference = 4;
+pub(crate) const ANGLE_SIGMA_RAD: ValueReference = 5;
+pub(crate) const RATE_SIGMA_RAD_S: ValueReference = 6;
+pub(crate) const INNOVATION_RAD_S: ValueReference = 7;
+pub(crate) const NIS: ValueReference = 8;
 const ANGLE_START_RAD: ValueReference = 9;
 const RATE_START_RAD_S: ValueReference = 10;
 const ANGLE_VARIANCE_START_RAD2: ValueReference = 11;
@@ -44,6 +44,8 @@ pub(crate) const EXPERIMENT: DefaultExperiment =
 const DEG2: f64 = RAD_PER_DEG * RAD_PER_DEG;
 /// Variance of one averaged reading of the rig's fibre-optic gyro, (°/s)².
 const MEASUREMENT_VARIANCE_DEG2_S2: f64 = 1.37e-4;
+/// The same, rad²/s².
+pub(crate) const MEASUREMENT_VARIANCE_RAD2_S2_START: f64 = MEASUREMENT_VARIANCE_DEG2_S2 * DEG2;
 
 /// The part of the variable table that every filter has.
 pub(crate) const COMMON_VARIABLES: [Variable; COMMON_ROWS] = {
@@ -54,7 +56,7 @@ pub(crate) const COMMON_VARIABLES: [Variable; COMMON_ROWS] = {
     let one = Domain::float64(Unit::ONE, 0.0);
     let start_rad2 = Domain::not_negative(Unit::RAD2, DEG2);
     let start_rad2_s2 = Domain::not_negative(Unit::RAD2_S2, DEG2);
-    let reading_rad2_s2 = Domain::not_negative(Unit::RAD2_S2, MEASUREMENT_VARIANCE_DEG2_S2 * DEG2);
+    let reading_rad2_s2 = Domain::not_negative(Unit::RAD2_S2, MEASUREMENT_VARIANCE_RAD2_S2_START);
     [
         V::TIME,
         V::new(
@@ -277,11 +279,11 @@ fn refinement(values: &Values) -> Result<Refinement, ModelError> {
 }
 
 /// The estimators name their parameters as the variable table does.
-fn bad_parameter(error: ConfigError) -> ModelError {
+pub(crate) fn bad_parameter(error: ConfigError) -> ModelError {
     let reason = Cow::Owned(format!("it must be finite and {}", error.bound));
     ModelError::BadValue { variable: error.name, value: error.value, reason }
 }
 
-fn bad_state(error: RestoreError) -> ModelError {
+pub(crate) fn bad_state(error: RestoreError) -> ModelError {
     ModelError::BadState { reason: error.to_string().into() }
 }

@@ -7,6 +7,8 @@
 //! **Architecture Invariant:** nothing is computed here. The estimators know nothing of FMI, the C
 //! layer knows nothing of estimators, and this crate only names the one to the other.
 
+mod augmented_torsion;
+mod exported;
 mod filter;
 mod permanent_rotation;
 mod torsional_oscillation;
@@ -15,9 +17,10 @@ use struna_estimator::{PermanentRotation, TorsionalOscillation};
 use struna_fmi_export::{ModelType, export_fmi};
 
 /// The exported models.
-pub static MODELS: [ModelType; 2] = [
+pub static MODELS: [ModelType; 3] = [
     ModelType::of::<filter::FilterModel<PermanentRotation>>(),
     ModelType::of::<filter::FilterModel<TorsionalOscillation>>(),
+    ModelType::of::<exported::EstimatorModel<augmented_torsion::AugmentedTorsion>>(),
 ];
 
 /// Finds an exported model by its name.
@@ -51,10 +54,13 @@ mod tests {
 
     #[test]
     fn models_are_found_by_name_and_have_tokens_of_their_own() {
-        let [permanent, torsional] = &MODELS;
-        let found = model("TorsionalOscillation").map(ModelType::instantiation_token);
-        assert_eq!(found, Some(torsional.instantiation_token()));
-        assert_ne!(permanent.instantiation_token(), torsional.instantiation_token());
+        for (k, one) in MODELS.iter().enumerate() {
+            let found = model(one.description().name()).map(ModelType::instantiation_token);
+            assert_eq!(found, Some(one.instantiation_token()));
+            for other in &MODELS[..k] {
+                assert_ne!(one.instantiation_token(), other.instantiation_token());
+            }
+        }
         assert!(model("Pendulum").is_none());
     }
 }

@@ -1,8 +1,8 @@
 //! An estimator that runs as an FMU.
 
 use crate::device::{DeviceError, DeviceUnderTest};
-use struna_fmi_import::{ImportError, Importer, Instance, Kind, ValueReference};
-use struna_kernel::{AngleEstimate, RateSample, SimTime};
+use struna_fmi_import::{FmuDescription, ImportError, Importer, Instance, Kind, ValueReference};
+use struna_kernel::{AngleEstimate, EstimateStatus, RateSample, SimTime};
 
 /// A parameter to set before the FMU is initialised.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,18 +20,50 @@ pub enum ParameterValue {
     Float64(f64),
     /// Int32.
     Int32(i32),
+    /// Boolean.
+    Boolean(bool),
 }
 
 /// Drives an FMU with the estimators' variables: `measured_rate_rad_s` and `measured_rate_valid`
-/// in; `angle_rad`, `rate_rad_s`, `angle_sigma_rad`, `rate_sigma_rad_s` out.
+/// in; `angle_rad`, `rate_rad_s`, `angle_sigma_rad`, `rate_sigma_rad_s`, `nis` out.
+///
+/// An FMU that has it is told by `measured_rate_over_range` of a clipped sample, and asked for its
+/// `status`; of one without, the status follows from the sigma that it claims.
 #[derive(Debug)]
 pub struct FmuDevice {
     name: String,
     instance: Box<dyn Instance>,
     time: SimTime,
+    variables: Variables,
+}
+
+/// Where the variables are, looked up once.
+#[derive(Debug)]
+struct Variables {
     rate: [ValueReference; 1],
     valid: ValueReference,
-    outputs: [ValueReference; 4],
+    over_range: Option<ValueReference>,
+    outputs: [ValueReference; 5],
+    status: Option<ValueReference>,
+}
+
+impl Variables {
+    fn find(description: &FmuDescription) -> Result<Self, ImportError> {
+        let float = |name: &str| description.variable(name, Kind::Float64);
+        Ok(Self {
+            rate: [float("measured_rate_rad_s")?],
+            valid: description.variable("measured_rate_valid", Kind::Boolean)?,
+            over_range: description.variable("measured_rate_over_range", Kind::Boolean).ok(),
+            outputs: [
+                float("angle_rad")?,
+                float("rate_rad_s")?,
+                float("angle_sigma_rad")?,
+                float("rate_sigma_rad_s")?,
+                float("nis")?,
+            ],
+            status: description.variable("status", Kind::Int32).ok(),
+        })
+    }
 }
 
 impl FmuDevice {
@@ -45,15 +77,7 @@ impl FmuDevice {
         parameters: &[Parameter],
     ) -> Result<Self, ImportError> {
         let description = importer.description();
-        let output = |name: &str| description.variable(name, Kind::Float64);
-        let rate = [output("measured_rate_rad_s")?];
-        let valid = description.variable("measured_rate_valid", Kind::Boolean)?;
-        let outputs = [
-            output("angle_rad")?,
-            output("rate_rad_s")?,
-            output("angle_sigma_rad")?,
-            output("rate_sigma_rad_s")?,
-        ];
+        let variables = Variables::find(description)?;
         let mut instance = importer.instantiate(name)?;
         for Parameter { name, value } in parameters {
             match *value {
@@ -64,11 +88,13 @@ impl FmuDevice {
                 ParameterValue::Int32(value) => {
                     instance.set_i32(description.variable(name, Kind::Int32)?, value)?;
                 }
+                ParameterValue::Boolean(value) => {
+                    instance.set_bool(description.variable(name, Kind::Boolean)?, value)?;
+                }
             }
         }
         instance.initialise(SimTime::ZERO.as_s())?;
-        let name = name.to_owned();
-        Ok(Self { name, instance, time: SimTime::ZERO, rate, valid, outputs })
+        Ok(Self { name: name.to_owned(), instance, time: SimTime::ZERO, variables })
     }
 
     /// Carries the FMU over a stretch without measurement, if there is one before the sample.
@@ -77,21 +103,36 @@ impl FmuDevice {
             return Ok(());
         }
         let gap_s = sample.from.seconds_since(self.time);
-        self.instance.set_bool(self.valid, false)?;
+        self.instance.set_bool(self.variables.valid, false)?;
         self.instance.do_step(self.time.as_s(), gap_s)?;
-        self.instance.set_bool(self.valid, true)
+        self.instance.set_bool(self.variables.valid, true)
     }
 
     fn advance(&mut self, sample: &RateSample) -> Result<AngleEstimate, ImportError> {
         self.cross_gap(sample)?;
-        self.instance.set_f64(&self.rate, &[sample.rate_rad_s])?;
+        let Variables { rate, over_range, outputs, status, .. } = &self.variables;
+        self.instance.set_f64(rate, &[sample.rate_rad_s])?;
+        if let Some(over_range) = *over_range {
+            self.instance.set_bool(over_range, sample.over_range)?;
+        }
         self.instance.do_step(sample.from.as_s(), sample.span_s())?;
         self.time = sample.time;
-        let mut out = [0.0; 4];
-        self.instance.get_f64(&self.outputs, &mut out)?;
-        let [angle_rad, rate_rad_s, angle_sigma_rad, rate_sigma_rad_s] = out;
-        let time = sample.time;
-        Ok(AngleEstimate { time, angle_rad, rate_rad_s, angle_sigma_rad, rate_sigma_rad_s })
+        let mut out = [0.0; 5];
+        self.instance.get_f64(outputs, &mut out)?;
+        let [angle_rad, rate_rad_s, angle_sigma_rad, rate_sigma_rad_s, nis] = out;
+        let status = match *status {
+            Some(status) => EstimateStatus::from_code(self.instance.get_i32(status)?),
+            None => EstimateStatus::of_claim(angle_sigma_rad),
+        };
+        Ok(AngleEstimate {
+            time: sample.time,
+            angle_rad,
+            rate_rad_s,
+            angle_sigma_rad,
+            rate_sigma_rad_s,
+            nis,
+            status,
+        })
     }
 }
 

@@ -17,7 +17,9 @@ mod time;
 pub use addressed::AddressedRandom;
 pub use bound::{Bound, ParameterError};
 pub use random::{Channel, RandomStream, Seed};
-pub use samples::{AngleEstimate, BodyMotion, Counts, GyroReading, RateSample, ReadingFlags};
+pub use samples::{
+    AngleEstimate, BodyMotion, Counts, EstimateStatus, GyroReading, RateSample, ReadingFlags,
+};
 pub use time::{SampleGrid, SimTime, TimeError};
 
 /// Radians in one degree; multiply degrees by it at the edge, never inside.

@@ -100,4 +100,111 @@ pub struct AngleEstimate {
     pub angle_sigma_rad: f64,
     /// Standard deviation of the rate that the estimator claims, rad/s; NaN when it claims none.
     pub rate_sigma_rad_s: f64,
+    /// Normalised innovation squared of the sample that led here; NaN when the estimator tells
+    /// none.
+    pub nis: f64,
+    /// How far the estimator itself trusts its angle.
+    pub status: EstimateStatus,
+}
+
+/// What an estimator says of itself, without the figures that go with it.
+///
+/// The numbers are part of the record format and of the FMUs: never renumber.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum EstimateStatus {
+    /// The claimed sigma holds.
+    Nominal = 0,
+    /// The body swings, the estimator follows, and the claimed sigma holds.
+    Swinging = 1,
+    /// The body swings, and it is not yet known how: the angle is a bound and no more.
+    Fitting = 2,
+    /// Struck a while ago, or innovations too large; angle and sigma have been repaired.
+    Disturbed = 3,
+    /// The body does not move as assumed.
+    ModelDoubtful = 4,
+    /// The thread yields, and the estimator reckons with that.
+    ThreadYields = 5,
+    /// There is no angle to speak of.
+    NotObservable = 6,
+    /// A number that this program does not know, from an FMU of another origin.
+    Unknown = -1,
+}
+
+impl EstimateStatus {
+    /// All that have a meaning, by number.
+    pub const ALL: [Self; 7] = [
+        Self::Nominal,
+        Self::Swinging,
+        Self::Fitting,
+        Self::Disturbed,
+        Self::ModelDoubtful,
+        Self::ThreadYields,
+        Self::NotObservable,
+    ];
+    /// Three standard deviations beyond which there is no angle to speak of: 30°, rad.
+    const ANGLE_SPREAD_MAX_RAD: f64 = std::f64::consts::PI / 6.0;
+
+    /// The number in records and FMUs.
+    #[must_use]
+    pub const fn code(self) -> i32 {
+        self as i32
+    }
+
+    /// The status of that number.
+    #[must_use]
+    pub fn from_code(code: i32) -> Self {
+        Self::ALL.into_iter().find(|status| status.code() == code).unwrap_or(Self::Unknown)
+    }
+
+    /// What can be said of a device that tells no status, from the deviation of the angle that it
+    /// claims, rad: whether there is an angle to speak of.
+    #[must_use]
+    pub fn of_claim(angle_sigma_rad: f64) -> Self {
+        // Squares, as the estimators judge by: they hold variances.
+        let spread = 9.0 * (angle_sigma_rad * angle_sigma_rad);
+        let limit = Self::ANGLE_SPREAD_MAX_RAD * Self::ANGLE_SPREAD_MAX_RAD;
+        if spread > limit { Self::NotObservable } else { Self::Nominal }
+    }
+
+    /// In a word or two, for people.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Nominal => "nominal",
+            Self::Swinging => "swinging",
+            Self::Fitting => "fitting the swing",
+            Self::Disturbed => "disturbed",
+            Self::ModelDoubtful => "model doubtful",
+            Self::ThreadYields => "thread yields",
+            Self::NotObservable => "not observable",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_status_comes_back_from_its_number_and_no_other_number_is_one() {
+        for (number, status) in (0..).zip(EstimateStatus::ALL) {
+            assert_eq!((status.code(), EstimateStatus::from_code(number)), (number, status));
+        }
+        for stranger in [-1, 7, i32::MIN, i32::MAX] {
+            assert_eq!(EstimateStatus::from_code(stranger), EstimateStatus::Unknown);
+        }
+    }
+
+    #[test]
+    fn a_claim_of_more_than_ten_degrees_is_no_angle() {
+        let of = |deg: f64| EstimateStatus::of_claim(deg.to_radians());
+        assert_eq!(
+            [0.0, 9.99, 10.01].map(of),
+            [EstimateStatus::Nominal, EstimateStatus::Nominal, EstimateStatus::NotObservable]
+        );
+        // Who claims nothing says nothing against himself.
+        assert_eq!(of(f64::NAN), EstimateStatus::Nominal);
+    }
 }

@@ -93,6 +93,22 @@ impl AugmentedFilter {
         Ok(innovation)
     }
 
+    /// Predicts over `span_s` and notes a measurement that the gyro flags as over range: both, or
+    /// neither.
+    ///
+    /// # Errors
+    /// What predict and update refuse; the filter is then as it was before the call.
+    pub fn step_over_range(
+        &mut self,
+        span_s: f64,
+        rate_rad_s: f64,
+    ) -> Result<Innovation, EstimatorError> {
+        let predicted = self.model.predicted(&self.state, span_s)?;
+        let innovation = self.model.surprise(&predicted, rate_rad_s)?;
+        self.state = predicted;
+        Ok(innovation)
+    }
+
     /// Sets measurement variance, rad²/s², and process noise from now on; all finite, R positive.
     pub(crate) fn set_noise(&mut self, r_rad2_s2: f64, q: Densities) {
         self.model.r = r_rad2_s2;
@@ -174,6 +190,17 @@ impl Model {
         }
         let state = self.bounded(from.updated(&expected, self.r)).judged()?;
         Ok((state, innovation))
+    }
+
+    /// The innovation of a measurement that is not to be used.
+    pub(super) fn surprise(
+        &self,
+        at: &State,
+        rate_rad_s: f64,
+    ) -> Result<Innovation, EstimatorError> {
+        check_measurement(rate_rad_s)?;
+        let expected = at.expect(rate_rad_s);
+        self.innovation(expected.residual, expected.spread)
     }
 
     /// The innovation, if a gain can be formed of it and a residual be squared.
@@ -333,9 +360,7 @@ impl RateEstimator for AugmentedFilter {
 
     /// It is judged, and left out.
     fn update_over_range(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
-        check_measurement(rate_rad_s)?;
-        let expected = self.state.expect(rate_rad_s);
-        self.model.innovation(expected.residual, expected.spread)
+        self.model.surprise(&self.state, rate_rad_s)
     }
 
     fn belief(&self) -> Belief {

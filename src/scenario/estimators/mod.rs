@@ -1,8 +1,12 @@
 //! `[[estimator]]`: which estimators run, how they start, and whether as FMU or in process.
 
+mod augmented;
+mod keys;
+
+use keys::KindWord;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use struna_estimator::{FilterConfig, Reading, Refinement};
+use struna_estimator::{AugmentedConfig, FilterConfig, InnovationTest, Reading, Refinement};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
 
@@ -13,25 +17,34 @@ const RAD2_PER_DEG2: f64 = RAD_PER_DEG * RAD_PER_DEG;
 pub struct EstimatorPlan {
     /// Its name in record and score.
     pub name: String,
-    /// What it is.
+    /// What it is, and what it is told.
     pub kind: EstimatorKind,
     /// Where it runs.
     pub run_as: RunAs,
-    /// How it starts.
-    pub config: FilterConfig,
 }
 
-/// The estimators there are.
+/// The estimators there are, with all that each is told before it starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EstimatorKind {
     /// Plain integration of the rate.
-    PlainIntegration,
+    PlainIntegration(FilterConfig),
     /// Kalman filter that assumes a constant rate.
-    PermanentRotation,
+    PermanentRotation(FilterConfig),
     /// Kalman filter that assumes undamped torsion.
     TorsionalOscillation {
+        /// Start and noise.
+        config: FilterConfig,
         /// Assumed period, s.
         period_s: f64,
+    },
+    /// Kalman filter that learns period, damping and bias.
+    AugmentedTorsion(AugmentedConfig),
+    /// The same behind a test of its innovations, with roll-back.
+    TestedTorsion {
+        /// Prior and noise.
+        config: AugmentedConfig,
+        /// The test.
+        test: InnovationTest,
     },
 }
 
@@ -49,13 +62,6 @@ pub enum RunAs {
 }
 
 #[derive(Clone, Copy)]
-enum KindWord {
-    Integration,
-    Rotation,
-    Torsion,
-}
-
-#[derive(Clone, Copy)]
 enum Place {
     InProcess,
     Fmi2,
@@ -63,27 +69,16 @@ enum Place {
     File,
 }
 
-const KEYS: [&str; 13] = [
-    "name",
-    "kind",
-    "run_as",
-    "fmu_file",
-    "angle_start_deg",
-    "rate_start_deg_s",
-    "angle_sigma_start_deg",
-    "rate_sigma_start_deg_s",
-    "measurement_sigma_deg_s",
-    "process_noise_deg2_s3",
-    "refinement_samples",
-    "refinement_reading",
-    "torsion_period_s",
-];
-
-pub(super) fn estimators(tables: &[Table<'_>], folder: &Path) -> Result<Vec<EstimatorPlan>> {
+/// The estimators of a scenario, whose rates are means of `averaging_samples`.
+pub(super) fn estimators(
+    tables: &[Table<'_>],
+    folder: &Path,
+    averaging_samples: u64,
+) -> Result<Vec<EstimatorPlan>> {
     let mut names = BTreeSet::new();
     let mut plans = Vec::with_capacity(tables.len());
     for table in tables {
-        let plan = estimator(table, folder)?;
+        let plan = estimator(table, folder, averaging_samples)?;
         if !names.insert(plan.name.clone()) {
             let name = table.required("name")?;
             return Err(name.because("another estimator has this name; choose a different one"));
@@ -93,32 +88,26 @@ pub(super) fn estimators(tables: &[Table<'_>], folder: &Path) -> Result<Vec<Esti
     Ok(plans)
 }
 
-fn estimator(table: &Table<'_>, folder: &Path) -> Result<EstimatorPlan> {
-    table.only(&KEYS)?;
-    let kind = table.required("kind")?.word(&[
-        ("plain-integration", KindWord::Integration),
-        ("permanent-rotation", KindWord::Rotation),
-        ("torsional-oscillation", KindWord::Torsion),
-    ])?;
-    let kind = match kind {
+fn estimator(table: &Table<'_>, folder: &Path, averaging_samples: u64) -> Result<EstimatorPlan> {
+    keys::refuse_unknown(table)?;
+    let word = table.required("kind")?.word(&keys::WORDS)?;
+    keys::refuse_unread(table, word)?;
+    let kind = match word {
+        KindWord::Integration => EstimatorKind::PlainIntegration(config(table)?),
+        KindWord::Rotation => EstimatorKind::PermanentRotation(config(table)?),
         KindWord::Torsion => EstimatorKind::TorsionalOscillation {
             period_s: table.required("torsion_period_s")?.positive()?,
+            config: config(table)?,
         },
-        KindWord::Rotation => EstimatorKind::PermanentRotation,
-        KindWord::Integration => EstimatorKind::PlainIntegration,
+        KindWord::Augmented => {
+            EstimatorKind::AugmentedTorsion(augmented::config(table, averaging_samples)?)
+        }
+        KindWord::Tested => EstimatorKind::TestedTorsion {
+            config: augmented::config(table, averaging_samples)?,
+            test: augmented::test(table)?,
+        },
     };
-    if let (false, Some(period)) = (
-        matches!(kind, EstimatorKind::TorsionalOscillation { .. }),
-        table.optional("torsion_period_s"),
-    ) {
-        return Err(period.because("this kind of estimator assumes no torsion; remove it"));
-    }
-    Ok(EstimatorPlan {
-        name: name(table)?,
-        kind,
-        run_as: run_as(table, kind, folder)?,
-        config: config(table)?,
-    })
+    Ok(EstimatorPlan { name: name(table)?, kind, run_as: run_as(table, word, folder)? })
 }
 
 fn name(table: &Table<'_>) -> Result<String> {
@@ -131,7 +120,7 @@ fn name(table: &Table<'_>) -> Result<String> {
     Ok(name.to_owned())
 }
 
-fn run_as(table: &Table<'_>, kind: EstimatorKind, folder: &Path) -> Result<RunAs> {
+fn run_as(table: &Table<'_>, kind: KindWord, folder: &Path) -> Result<RunAs> {
     let value = table.required("run_as")?;
     let place = value.word(&[
         ("in-process", Place::InProcess),
@@ -139,7 +128,7 @@ fn run_as(table: &Table<'_>, kind: EstimatorKind, folder: &Path) -> Result<RunAs
         ("fmi3", Place::Fmi3),
         ("fmu-file", Place::File),
     ])?;
-    if kind == EstimatorKind::PlainIntegration && !matches!(place, Place::InProcess) {
+    if kind == KindWord::Integration && !matches!(place, Place::InProcess) {
         return Err(value.out_of_range("\"in-process\": plain integration is no FMU"));
     }
     let file = table.optional("fmu_file");

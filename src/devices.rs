@@ -1,0 +1,160 @@
+//! From what a scenario says of an estimator to a device under test: in this process, or as an FMU
+//! that is built first.
+
+use crate::fmu::{self, FmiVersion};
+use crate::in_process::InProcess;
+use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs};
+use anyhow::{Context, Result};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use struna_estimator::{
+    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, InnovationTest, PlainIntegration,
+    RateEstimator, TestedFilter,
+};
+use struna_harness::{DeviceUnderTest, FmuDevice, Parameter, ParameterValue};
+
+/// The estimators of a scenario, ready to step; FMUs are built in `fmu_folder`.
+///
+/// # Errors
+/// When an FMU cannot be built, loaded or started, or a parameter is refused.
+pub fn devices(
+    plans: &[EstimatorPlan],
+    fmu_folder: &Path,
+) -> Result<Vec<Box<dyn DeviceUnderTest>>> {
+    // Given FMUs come first: a bad one is refused before any other is built and left behind.
+    let is_given = |(_, plan): &(usize, &EstimatorPlan)| matches!(plan.run_as, RunAs::FmuFile(_));
+    let (given, made): (Vec<_>, Vec<_>) = plans.iter().enumerate().partition(is_given);
+    let mut devices = BTreeMap::new();
+    for (place, plan) in given.into_iter().chain(made) {
+        let context = || format!("estimator '{}'", plan.name);
+        devices.insert(place, device(plan, fmu_folder).with_context(context)?);
+    }
+    Ok(devices.into_values().collect())
+}
+
+fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnderTest>> {
+    let file = match &plan.run_as {
+        RunAs::InProcess => {
+            return Ok(Box::new(InProcess::new(&plan.name, estimator(&plan.kind)?)));
+        }
+        RunAs::Fmi2 => built(&plan.kind, FmiVersion::Fmi2, fmu_folder)?,
+        RunAs::Fmi3 => built(&plan.kind, FmiVersion::Fmi3, fmu_folder)?,
+        RunAs::FmuFile(file) => file.clone(),
+    };
+    let importer = struna_fmi_import::open(&file)?;
+    Ok(Box::new(FmuDevice::new(importer.as_ref(), &plan.name, &parameters(&plan.kind))?))
+}
+
+/// The estimator itself, as every bench of this program steps it.
+///
+/// # Errors
+/// When it refuses a parameter.
+pub fn estimator(kind: &EstimatorKind) -> Result<Box<dyn RateEstimator>> {
+    Ok(match kind {
+        EstimatorKind::PlainIntegration(config) => Box::new(PlainIntegration::new(*config)?),
+        EstimatorKind::PermanentRotation(config) => Box::new(Filter::permanent_rotation(*config)?),
+        EstimatorKind::TorsionalOscillation { config, period_s } => {
+            Box::new(Filter::torsional_oscillation(*config, *period_s)?)
+        }
+        EstimatorKind::AugmentedTorsion(config) => Box::new(AugmentedFilter::new(config)?),
+        EstimatorKind::TestedTorsion { config, test } => Box::new(TestedFilter::new(config, test)?),
+    })
+}
+
+/// Builds the FMU of an estimator.
+fn built(kind: &EstimatorKind, version: FmiVersion, folder: &Path) -> Result<PathBuf> {
+    let model = match kind {
+        EstimatorKind::PlainIntegration(_) => anyhow::bail!("plain integration is no FMU"),
+        EstimatorKind::PermanentRotation(_) => "PermanentRotation",
+        EstimatorKind::TorsionalOscillation { .. } => "TorsionalOscillation",
+        EstimatorKind::AugmentedTorsion(_) | EstimatorKind::TestedTorsion { .. } => {
+            "AugmentedTorsion"
+        }
+    };
+    Ok(fmu::build(model, version, folder)?)
+}
+
+/// The FMU's parameters.
+fn parameters(kind: &EstimatorKind) -> Vec<Parameter> {
+    match kind {
+        EstimatorKind::PlainIntegration(config) | EstimatorKind::PermanentRotation(config) => {
+            of_2008(config)
+        }
+        EstimatorKind::TorsionalOscillation { config, period_s } => {
+            let mut parameters = of_2008(config);
+            parameters.push(float("period_s", *period_s));
+            parameters
+        }
+        EstimatorKind::AugmentedTorsion(config) => {
+            let mut parameters = augmented(config);
+            parameters.push(boolean("innovation_test", false));
+            parameters
+        }
+        EstimatorKind::TestedTorsion { config, test } => {
+            let mut parameters = augmented(config);
+            parameters.extend(tested(test));
+            parameters
+        }
+    }
+}
+
+fn float(name: &str, value: f64) -> Parameter {
+    Parameter { name: name.to_owned(), value: ParameterValue::Float64(value) }
+}
+
+fn integer(name: &str, value: u32) -> Parameter {
+    let value = ParameterValue::Int32(i32::try_from(value).unwrap_or(i32::MAX));
+    Parameter { name: name.to_owned(), value }
+}
+
+fn boolean(name: &str, value: bool) -> Parameter {
+    Parameter { name: name.to_owned(), value: ParameterValue::Boolean(value) }
+}
+
+/// Parameters that carry the names of the configuration's fields.
+fn of_2008(c: &FilterConfig) -> Vec<Parameter> {
+    vec![
+        float("angle_start_rad", c.angle_start_rad),
+        float("rate_start_rad_s", c.rate_start_rad_s),
+        float("angle_variance_start_rad2", c.angle_variance_start_rad2),
+        float("rate_variance_start_rad2_s2", c.rate_variance_start_rad2_s2),
+        float("measurement_variance_rad2_s2", c.measurement_variance_rad2_s2),
+        float("process_noise_rad2_s3", c.process_noise_rad2_s3),
+        integer("refinement_samples", c.refinement.samples),
+        integer("refinement_reading", c.refinement.reading.number().unsigned_abs()),
+    ]
+}
+
+fn augmented(c: &AugmentedConfig) -> Vec<Parameter> {
+    let start = &c.start;
+    // A range of 0 is none.
+    let (limit_rad_s, margin_rad_s) =
+        c.range.map_or((0.0, 0.0), |range| (range.limit_rad_s, range.margin_rad_s));
+    vec![
+        float("angle_start_rad", start.angle_rad),
+        float("angle_sigma_start_rad", start.angle_sigma_rad),
+        float("rate_start_rad_s", start.rate_rad_s),
+        float("rate_sigma_start_rad_s", start.rate_sigma_rad_s),
+        float("period_start_s", start.period_s),
+        float("period_sigma_start_s", start.period_sigma_s),
+        float("damping_ratio_start", start.damping_ratio),
+        float("damping_ratio_sigma_start", start.damping_ratio_sigma),
+        float("bias_start_rad_s", start.bias_rad_s),
+        float("bias_sigma_start_rad_s", start.bias_sigma_rad_s),
+        float("measurement_variance_rad2_s2", c.measurement_variance_rad2_s2),
+        float("process_noise_rad2_s3", c.process_noise_rad2_s3),
+        float("bias_walk_rad2_s3", c.bias_walk_rad2_s3),
+        float("scale_factor_sigma", c.scale_factor_sigma),
+        float("gyro_range_rad_s", limit_rad_s),
+        float("gyro_range_margin_rad_s", margin_rad_s),
+    ]
+}
+
+fn tested(test: &InnovationTest) -> [Parameter; 4] {
+    [
+        boolean("innovation_test", true),
+        float("test_false_alarms", test.false_alarms),
+        integer("test_horizon_samples", test.horizon_samples),
+        float("test_kick_floor_rad_s", test.kick_floor_rad_s),
+    ]
+}

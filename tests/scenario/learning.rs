@@ -1,0 +1,138 @@
+//! The estimators that learn: what a scenario tells them, in which units, and what it leaves out.
+
+use crate::{DEMO, refusal};
+use std::path::Path;
+use struna::scenario::{EstimatorKind, Scenario};
+use struna_estimator::{AugmentedConfig, InnovationTest, StartPrior};
+use struna_kernel::RAD_PER_DEG;
+
+/// The demo without its estimators, and one with these lines instead.
+fn with_estimator(lines: &str) -> String {
+    let (head, _) = DEMO.split_once("# Angle by summing").expect("the demo's first estimator");
+    format!("{head}[[estimator]]\nname = \"x\"\nrun_as = \"in-process\"\n{lines}\n")
+}
+
+fn kind_of(lines: &str) -> EstimatorKind {
+    let text = with_estimator(lines);
+    let scenario = Scenario::parse(&text, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"));
+    scenario.estimators[0].kind
+}
+
+const LEAST: &str = "torsion_period_s = 480.0\nmeasurement_sigma_deg_s = 0.01";
+
+fn tested(lines: &str) -> (AugmentedConfig, InnovationTest) {
+    match kind_of(&format!("kind = \"tested-torsion\"\n{LEAST}\n{lines}")) {
+        EstimatorKind::TestedTorsion { config, test } => (config, test),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_is_left_out_is_a_release_in_a_quiet_laboratory() {
+    let sigma_rad_s = 0.01 * RAD_PER_DEG;
+    let usual = AugmentedConfig::quiet(StartPrior::released(0.0, 480.0), sigma_rad_s * sigma_rad_s);
+    assert_eq!(tested(""), (usual, InnovationTest::STANDARD));
+    let alone = kind_of(&format!("kind = \"augmented-torsion\"\n{LEAST}"));
+    assert_eq!(alone, EstimatorKind::AugmentedTorsion(usual));
+}
+
+#[test]
+fn every_key_arrives_in_si() {
+    let (config, test) = tested(
+        "angle_start_deg = 360.0\nangle_sigma_start_deg = 2.0\nrate_start_deg_s = -1.0\n\
+         rate_sigma_start_deg_s = 0.5\ntorsion_period_sigma_s = 3.0\ndamping_ratio = 0.02\n\
+         damping_ratio_sigma = 0.004\nbias_deg_h = -7.2\nbias_sigma_deg_h = 36.0\n\
+         process_noise_deg2_s3 = 1e-4\nbias_walk_deg2_s3 = 1e-10\n\
+         scale_factor_sigma_percent = 0.2\ngyro_range_deg_s = 3.5\n\
+         gyro_range_margin_deg_s = 0.1\ntest_false_alarms = 0.05\n\
+         test_horizon_samples = 4096\ntest_kick_floor_deg_s = 0.03",
+    );
+    let start = config.start;
+    let range = config.range.expect("it was given");
+    let deg2 = RAD_PER_DEG * RAD_PER_DEG;
+    for (si, expected) in [
+        (start.angle_rad, 360.0 * RAD_PER_DEG),
+        (start.angle_sigma_rad, 2.0 * RAD_PER_DEG),
+        (start.rate_rad_s, -RAD_PER_DEG),
+        (start.rate_sigma_rad_s, 0.5 * RAD_PER_DEG),
+        (start.period_s, 480.0),
+        (start.period_sigma_s, 3.0),
+        (start.damping_ratio, 0.02),
+        (start.damping_ratio_sigma, 0.004),
+        (start.bias_rad_s, -0.002 * RAD_PER_DEG),
+        (start.bias_sigma_rad_s, 0.01 * RAD_PER_DEG),
+        (config.measurement_variance_rad2_s2, 1e-4 * deg2),
+        (config.process_noise_rad2_s3, 1e-4 * deg2),
+        (config.bias_walk_rad2_s3, 1e-10 * deg2),
+        (config.scale_factor_sigma, 0.002),
+        (range.limit_rad_s, 3.5 * RAD_PER_DEG),
+        (range.margin_rad_s, 0.1 * RAD_PER_DEG),
+        (test.false_alarms, 0.05),
+        (test.kick_floor_rad_s, 0.03 * RAD_PER_DEG),
+    ] {
+        // A product or two: a few last bits.
+        assert!((si / expected - 1.0).abs() < 1e-14, "{si} for {expected}");
+    }
+    assert_eq!(test.horizon_samples, 4096);
+}
+
+#[test]
+fn a_range_without_a_margin_keeps_five_deviations_of_a_raw_sample_clear() {
+    let range = tested("gyro_range_deg_s = 200.0").0.range.expect("it was given");
+    // The demo averages three samples.
+    let expected_rad_s = 5.0 * 0.01 * RAD_PER_DEG * 3.0_f64.sqrt();
+    assert!((range.margin_rad_s / expected_rad_s - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn keys_that_a_kind_does_not_read_are_refused_with_the_kinds_that_do() {
+    let least_of_2008 = "angle_sigma_start_deg = 1.0\nrate_sigma_start_deg_s = 1.0\n\
+                         measurement_sigma_deg_s = 0.01";
+    for (kind, key, readers) in [
+        ("permanent-rotation", "torsion_period_s", "\"torsional-oscillation\", \"augmented-"),
+        ("plain-integration", "bias_deg_h", "\"augmented-torsion\", \"tested-torsion\""),
+        ("torsional-oscillation", "damping_ratio", "\"augmented-torsion\", \"tested-torsion\""),
+        ("torsional-oscillation", "gyro_range_deg_s", "\"augmented-torsion\""),
+        ("augmented-torsion", "test_false_alarms", "but \"tested-torsion\""),
+        ("augmented-torsion", "refinement_samples", "\"plain-integration\", \"permanent-"),
+        ("tested-torsion", "refinement_reading", "\"torsional-oscillation\""),
+    ] {
+        let lines = format!("kind = \"{kind}\"\n{least_of_2008}\n{key} = 0.125");
+        let said = refusal(&with_estimator(&lines));
+        let place = format!("`estimator[0].{key}` = 0.125");
+        for part in ["folder/x.toml, line ", &place, "does not read it", readers, "remove it"] {
+            assert!(said.contains(part), "{part:?} not in: {said}");
+        }
+    }
+}
+
+#[test]
+fn values_out_of_their_range_are_refused_by_key_and_value() {
+    for (line, remedy) in [
+        ("torsion_period_sigma_s = -1.0", "0 or a greater"),
+        ("damping_ratio = -0.1", "0 or a greater"),
+        ("bias_sigma_deg_h = -1", "0 or a greater"),
+        ("bias_deg_h = nan", "finite"),
+        ("scale_factor_sigma_percent = -0.2", "0 or a greater"),
+        ("gyro_range_deg_s = 0.0", "greater than 0"),
+        ("gyro_range_margin_deg_s = 1.0", "add that, or remove this"),
+        ("test_false_alarms = 1.0", "less than 1"),
+        ("test_false_alarms = 0.0", "greater than 0"),
+        ("test_horizon_samples = 2047", "2048 to"),
+        ("test_kick_floor_deg_s = -0.1", "0 or a greater"),
+    ] {
+        let lines = format!("kind = \"tested-torsion\"\n{LEAST}\n{line}");
+        let said = refusal(&with_estimator(&lines));
+        let (key, value) = line.split_once(" = ").expect("a line has a key");
+        let place = format!("`estimator[0].{key}` = {value}");
+        assert!(said.contains(&place) && said.contains(remedy), "{line}: {said}");
+    }
+    let margin = "gyro_range_deg_s = 3.0\ngyro_range_margin_deg_s = 3.0";
+    let lines = format!("kind = \"tested-torsion\"\n{LEAST}\n{margin}");
+    let said = refusal(&with_estimator(&lines));
+    assert!(said.contains("gyro_range_margin_deg_s` = 3.0") && said.contains("lower it"), "{said}");
+    // Beyond what the filter itself can square.
+    let lines = "kind = \"tested-torsion\"\ntorsion_period_s = 1e13\nmeasurement_sigma_deg_s = 1.0";
+    let said = refusal(&with_estimator(lines));
+    assert!(said.contains("`estimator[0]`") && said.contains("from 1e-6 to 1e12 s"), "{said}");
+}
