@@ -32,6 +32,8 @@ pub enum ValidateSuite {
     Limits,
     /// Steps and ramps of the rate
     Kicks,
+    /// Gyros that average, round, clip, drift and colour their noise
+    Gyro,
     /// All of them
     All,
 }
@@ -44,6 +46,7 @@ impl ValidateSuite {
             Self::Paper => vec!["paper"],
             Self::Limits => vec!["limits"],
             Self::Kicks => vec!["kicks"],
+            Self::Gyro => vec!["gyro"],
             Self::All => crate::validate::Suite::NAMES.to_vec(),
         }
     }

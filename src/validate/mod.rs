@@ -11,7 +11,9 @@
 mod bound;
 pub mod campaign;
 mod contestant;
+mod entrant;
 pub mod figures;
+mod gyro;
 pub mod junit;
 mod kicks;
 mod limits;

@@ -59,23 +59,23 @@ fn requirements() -> Vec<Requirement> {
         // Without refinement the filter of permanent rotation *is* the integral in angle, to the
         // share 1/n of its first samples, and a cumulative mean in rate.
         of((TRUE_START, "F1 N=0"), against, 0.99..=1.01),
-        of((TRUE_START, "F1 N=0"), Statistic::Rms(rate), 2.0..=5.0),
+        of((TRUE_START, "F1 N=0"), Statistic::Mean(rate), 2.0..=5.0),
         // Fig. 5.5 of the preprint: N = 1000 is far better than none. N = 100 beats the raw gyro
         // (0.0447 deg/s) three times over; N = 1 hardly smooths.
         of((TRUE_START, "F1 N=1000"), Statistic::RmsAgainst(rate, "F1 N=0"), 0.0..=0.1),
-        of((TRUE_START, "F1 N=100"), Statistic::Rms(rate), 0.0..=0.02),
-        of((TRUE_START, "F2 N=100"), Statistic::Rms(rate), 0.0..=0.0125),
-        of((TRUE_START, "F1 N=1"), Statistic::Rms(rate), 0.015..=0.04),
+        of((TRUE_START, "F1 N=100"), Statistic::Mean(rate), 0.0..=0.02),
+        of((TRUE_START, "F2 N=100"), Statistic::Mean(rate), 0.0..=0.0125),
+        of((TRUE_START, "F1 N=1"), Statistic::Mean(rate), 0.015..=0.04),
         // N* follows from T and R: (6R(ln N - 1)/(α·h)²)^(1/3) = 62 for these.
         of((TRUE_START, "F1 N=50"), best("F1", rate), 20.0..=200.0),
         of((TRUE_START, "F2 N=70"), best("F2", angle), 3.0..=200.0),
         of((TRUE_START, "F2 N=3000"), best("F2", rate), 300.0..=5000.0),
         // N > 2000 is unsatisfactory, said the authors: three sigma of the gyro are 0.134 deg/s.
-        of((TRUE_START, "F1 N=5000"), Statistic::Rms(rate), 0.134..=f64::INFINITY).as_control(),
-        of((TRUE_START, "F2 N=5000"), Statistic::Rms(angle), 5.0..=f64::INFINITY).as_control(),
+        of((TRUE_START, "F1 N=5000"), Statistic::Mean(rate), 0.134..=f64::INFINITY).as_control(),
+        of((TRUE_START, "F2 N=5000"), Statistic::Mean(angle), 5.0..=f64::INFINITY).as_control(),
         // A wrong start stays wrong, a bias is integrated, and neither is told by residuals.
-        of((WRONG_START, "F1 N=100"), Statistic::Rms(angle), 75.0..=125.0).as_control(),
-        of((WRONG_START, "F2 N=100"), Statistic::Rms(angle), 75.0..=125.0).as_control(),
+        of((WRONG_START, "F1 N=100"), Statistic::Mean(angle), 75.0..=125.0).as_control(),
+        of((WRONG_START, "F2 N=100"), Statistic::Mean(angle), 75.0..=125.0).as_control(),
         of((BIASED, "F1 N=100"), against, 0.96..=1.04).as_control(),
         of((BIASED, "F2 N=100"), against, 0.96..=1.04).as_control(),
         of((WRONG_START, "F2 N=100"), Statistic::Mean(Column::NisMean), 0.9..=1.1).as_control(),

@@ -111,11 +111,8 @@ fn section(
     if !rows.is_empty() {
         for figure in (suite.draw)(&rows)? {
             let caption = escaped(&figure.caption);
-            let _ = writeln!(
-                page,
-                "<figure>{}<figcaption>{caption}</figcaption></figure>",
-                figure.svg
-            );
+            let _ =
+                writeln!(page, "<figure>{}<figcaption>{caption}</figcaption></figure>", figure.svg);
         }
     }
     page.push_str(

@@ -26,8 +26,8 @@ pub enum Statistic {
     ShareWith(Column),
     /// Mean count of a column in a run.
     Count(Column),
-    /// Length of the refinement, among the filters whose names begin so, at which a column is
-    /// least. The interval spans the lengths that cannot be told from it.
+    /// Length of the refinement, among the filters whose names begin so, at which the mean of a
+    /// column is least. The interval spans the lengths that cannot be told from it.
     BestRefinement(&'static str, Column),
 }
 
@@ -217,7 +217,7 @@ fn best_refinement(rows: &[&Row], family: &str, column: Column) -> Option<Measur
             .filter(|row| row.estimator.starts_with(family))
             .filter(|row| row.get(Column::RefinementSamples) == Some(*length))
             .collect();
-        rms(&errors(&cell, column))
+        mean(&errors(&cell, column))
     };
     let found: Vec<(f64, Measured)> =
         lengths.iter().filter_map(|length| Some((*length, of(length)?))).collect();

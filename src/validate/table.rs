@@ -64,10 +64,10 @@ pub fn short(value: f64) -> String {
         _ if value.is_infinite() => if value > 0.0 { "inf" } else { "-inf" }.to_owned(),
         size if size == 0.0 => "0".to_owned(),
         size if !(1e-3..1e5).contains(&size) => format!("{value:.2e}"),
-        size if size >= 100.0 => format!("{value:.0}"),
-        size if size >= 10.0 => format!("{value:.1}"),
-        size if size >= 1.0 => format!("{value:.2}"),
-        size if size >= 0.1 => format!("{value:.3}"),
+        size if size >= 99.95 => format!("{value:.0}"),
+        size if size >= 9.995 => format!("{value:.1}"),
+        size if size >= 0.9995 => format!("{value:.2}"),
+        size if size >= 0.09995 => format!("{value:.3}"),
         _ => format!("{value:.4}"),
     }
 }
@@ -133,6 +133,7 @@ mod tests {
             (1234.4, "1234"),
             (12.34, "12.3"),
             (1.234, "1.23"),
+            (0.9999, "1.00"),
             (0.1234, "0.123"),
             (0.012_34, "0.0123"),
             (1.2e-5, "1.20e-5"),

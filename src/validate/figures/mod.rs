@@ -5,7 +5,7 @@ mod plane;
 
 use super::requirement::errors;
 use super::row::{Column, EPOCHS, Row};
-use super::statistics::{Measured, mean_square, median, quantile, rms};
+use super::statistics::{Measured, mean, mean_square, median, quantile, rms};
 use super::suite::Figure;
 use crate::figure::FigureError;
 use chart::{Chart, Curve, DotRow, dots};
@@ -73,6 +73,36 @@ pub fn bars(rows: &[&Row], of: &Bars) -> Result<Figure, FigureError> {
     if of.bound.is_some() {
         caption += " The tick is the error that the best possible filter would be left with.";
     }
+    Ok(Figure { caption, svg })
+}
+
+/// A row for each cell: how large the errors at the end are in claimed standard deviations, for two
+/// thirds and for 95 of 100 runs.
+///
+/// # Errors
+/// [`FigureError`] when the plotting library fails.
+pub fn claims(rows: &[&Row], title: &str) -> Result<Figure, FigureError> {
+    let estimators = names(rows, |row| &row.estimator);
+    let mut lines = Vec::new();
+    for case in names(rows, |row| &row.case) {
+        let mut group = Some(case.to_owned());
+        for (colour, estimator) in estimators.iter().enumerate() {
+            let sigmas = errors(&of_cell(rows, (case, estimator)), Column::EndSigmas);
+            let at = |share| quantile(&sigmas, share);
+            let (Some(low), Some(value), Some(high)) = (at(0.5), at(0.68), at(0.95)) else {
+                continue;
+            };
+            let name = (*estimator).to_owned();
+            let measured = Measured { value, low, high, runs: sigmas.len() };
+            lines.push(DotRow { group: group.take(), name, measured, bound: Some(1.0), colour });
+        }
+    }
+    let svg = dots(title, "claimed standard deviations", &lines, "; upright tick: honest")?;
+    let caption =
+        "Dots: the size that 68 % of the errors stay below, 1 for an honest claim. Lines \
+                   span 50 % to 95 %, which an honest claim puts at 0.67 and 1.96. To the right of \
+                   the tick: over-confident."
+            .to_owned();
     Ok(Figure { caption, svg })
 }
 
@@ -259,7 +289,7 @@ pub fn refinement(
             let cell = of_cell(rows, (case, estimator));
             let length = cell.iter().find_map(|row| row.get(Column::RefinementSamples));
             // N = 0 has no place on a logarithmic axis; half a sample stands for it.
-            let (Some(length), Some(measured)) = (length, rms(&errors(&cell, column))) else {
+            let (Some(length), Some(measured)) = (length, mean(&errors(&cell, column))) else {
                 continue;
             };
             points.push((length.max(0.5), measured));
@@ -270,7 +300,7 @@ pub fn refinement(
         }
         curves.push(Curve { name: name.to_owned(), points, dashed: false, colour });
     }
-    let integral = rms(&errors(&of_cell(rows, (case, "integration")), column));
+    let integral = mean(&errors(&of_cell(rows, (case, "integration")), column));
     let rules = integral.map(|integral| (integral.value, "plain integration".to_owned()));
     let chart = Chart {
         title: title.to_owned(),
@@ -282,8 +312,9 @@ pub fn refinement(
         rules: rules.into_iter().collect(),
         marks,
     };
-    let caption = "Root mean square over runs of the error over the whole run, with its 95 % \
-                   interval. Rings: the least."
-        .to_owned();
+    let caption =
+        "Root mean square of the error over a run, mean over runs with its 95 % interval. \
+                   Rings: the least."
+            .to_owned();
     Ok(Some(Figure { caption, svg: chart.draw()? }))
 }
