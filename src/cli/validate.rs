@@ -34,6 +34,8 @@ pub enum ValidateSuite {
     Kicks,
     /// Gyros that average, round, clip, drift and colour their noise
     Gyro,
+    /// A serial line that alters and loses bytes, behind it the real decoder
+    Line,
     /// All of them
     All,
 }
@@ -47,6 +49,7 @@ impl ValidateSuite {
             Self::Limits => vec!["limits"],
             Self::Kicks => vec!["kicks"],
             Self::Gyro => vec!["gyro"],
+            Self::Line => vec!["line"],
             Self::All => crate::validate::Suite::NAMES.to_vec(),
         }
     }

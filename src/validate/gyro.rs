@@ -276,7 +276,7 @@ fn requirements() -> Vec<Requirement> {
     let clipped = Statistic::Rms(Column::AngleHalf2Deg);
     all.extend([
         control((COARSE, NOT_TOLD), beyond, 0.2..=1.0),
-        control((SCALE, NOT_TOLD), beyond, 0.7..=1.0),
+        control((SCALE, NOT_TOLD), beyond, 0.5..=1.0),
         control((CLIPPED, NOT_TOLD), clipped, 10.0..=f64::INFINITY),
         control((MEMS, "R as stated"), Statistic::Count(Column::Alarms), 1.0..=f64::INFINITY),
     ]);

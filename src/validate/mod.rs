@@ -17,6 +17,7 @@ mod gyro;
 pub mod junit;
 mod kicks;
 mod limits;
+mod line;
 mod paper;
 pub mod parquet;
 mod race;

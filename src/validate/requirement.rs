@@ -126,7 +126,7 @@ impl Requirement {
         match self.statistic {
             Statistic::Rms(column) => rms(&errors(&cell, column)),
             Statistic::RmsOver(column, bound) => {
-                let bound = rms(&errors(&cell, bound))?.value;
+                let bound = rms(&present(&cell, bound))?.value;
                 Some(rms(&errors(&cell, column))?.over(bound))
             }
             Statistic::RmsAgainst(column, other) => {
@@ -156,6 +156,12 @@ impl Requirement {
 pub fn errors(rows: &[&Row], column: Column) -> Vec<f64> {
     let of = |row: &&Row| row.get(column).or((!row.is_complete()).then_some(f64::INFINITY));
     rows.iter().filter_map(of).collect()
+}
+
+/// The numbers that there are in a column.
+#[must_use]
+pub fn present(rows: &[&Row], column: Column) -> Vec<f64> {
+    rows.iter().filter_map(|row| row.get(column)).collect()
 }
 
 /// Ratio of two root mean squares over the same runs. Both have nearly the same scatter, and the

@@ -3,7 +3,7 @@
 mod chart;
 mod plane;
 
-use super::requirement::errors;
+use super::requirement::{errors, present};
 use super::row::{Column, EPOCHS, Row};
 use super::statistics::{Measured, mean, mean_square, median, quantile, rms};
 use super::suite::Figure;
@@ -54,7 +54,7 @@ pub fn bars(rows: &[&Row], of: &Bars) -> Result<Figure, FigureError> {
         for (colour, estimator) in estimators.iter().enumerate() {
             let cell = of_cell(rows, (case, estimator));
             let Some(measured) = rms(&errors(&cell, of.column)) else { continue };
-            let bound = of.bound.and_then(|bound| rms(&errors(&cell, bound)));
+            let bound = of.bound.and_then(|bound| rms(&present(&cell, bound)));
             lines.push(DotRow {
                 group: group.take(),
                 name: (*estimator).to_owned(),

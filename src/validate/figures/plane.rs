@@ -16,7 +16,7 @@ pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Drawn = Result<(), FigureError>;
 
 const FONT: &str = "sans-serif";
-/// Stands for the colour of text around the figure; see [`finished`].
+/// Stands for the colour of text around the figure; see [`figure`].
 pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
 const FRAME_OPACITY: f64 = 0.55;
 const GRID_OPACITY: f64 = 0.13;
@@ -44,9 +44,7 @@ pub(super) fn figure(
         draw(&root)?;
         root.present()?;
     }
-    let (width, height) = size_px;
-    let scaled = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" ");
-    Ok(text.replace("#010203", "currentColor").replacen("<svg ", &scaled, 1))
+    Ok(text.replace("#010203", "currentColor").replacen("<svg ", "<svg role=\"img\" ", 1))
 }
 
 /// One axis.
