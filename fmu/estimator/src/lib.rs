@@ -5,7 +5,9 @@
 //! ([`Filter`]) and differ in the motion they assume: [`PermanentRotation`] (constant rate) and
 //! [`TorsionalOscillation`] (undamped torsion of known period). The fourth learns period, damping
 //! and bias while it watches ([`AugmentedFilter`]), and with a test of its own innovations it also
-//! survives kicks and outliers ([`TestedFilter`]). All meet the contract of [`RateEstimator`].
+//! survives kicks and outliers ([`TestedFilter`]). On a thread that yields none of them is right,
+//! and a bank of filters with friction in the thread takes over ([`HysteresisBank`]). All meet the
+//! contract of [`RateEstimator`].
 //!
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
@@ -23,12 +25,15 @@ mod checks;
 mod config;
 mod covariance;
 mod filter;
+mod hysteresis;
 mod integration;
+mod live;
 mod motion;
 mod refinement;
 mod rest;
 mod state_bytes;
 mod status;
+mod swing;
 
 pub use augmented::{
     AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters, StartPrior,
@@ -37,12 +42,20 @@ pub use augmented::{
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
 pub use filter::Filter;
+pub use hysteresis::{DahlFilter, HysteresisBank, LearntYield, MEMBERS, YieldPrior};
 pub use integration::PlainIntegration;
+pub use live::{LiveConfig, LiveEstimator, LiveWarning, Quantiser, SwingFallback, SwingScale};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
 pub use rest::{RestError, measurement_variance_from_rest, quantiser_variance_factor};
 pub use state_bytes::RestoreError;
 pub use status::Status;
+pub use swing::{
+    AcceptedFit, ExpectedRate, FitOutcome, FitStarts, InputAxis, MOTION_PARAMETERS, MOTION_STATES,
+    MOTION_TANGENTS, MotionParameters, MotionState, Progress, Rejection, SWING_PRESENT_RAD,
+    SWING_STATES, SWING_UNKNOWNS, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingFit,
+    SwingMeter, SwingMotion, Tangents,
+};
 
 /// What an estimator believes: the mean and covariance of (angle, rate).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,6 +101,19 @@ pub enum EstimatorError {
         /** The rejected rate, rad/s. */
         rate_rad_s: f64,
     },
+    /// The body would hang at a right angle or beyond, where the motion has no coordinates.
+    #[error("the body's axis would leave the vertical by 90° or more")]
+    TiltTooLarge,
+    /// Asked to predict over a span that would take too many steps of integration.
+    #[error(
+        "cannot predict over {span_s} s: this motion is integrated in steps, {limit_s} s at most"
+    )]
+    SpanTooLong {
+        /** The rejected span, s. */
+        span_s: f64,
+        /** The longest span, s. */
+        limit_s: f64,
+    },
     /// The call would push the belief out of the range of floating point.
     #[error("the belief would leave the range of floating point")]
     Overflow,
@@ -103,8 +129,8 @@ pub enum EstimatorError {
 ///
 /// The contract, tested for every implementation: predicting over zero seconds changes nothing; a
 /// refused call changes nothing; an update of a filter, insertions of a refined covariance and
-/// roll-backs aside, never grows a variance; restored bytes continue bit for bit as the saved
-/// estimator would have.
+/// roll-backs aside, never grows a variance, though the mixture of a bank may; restored bytes
+/// continue bit for bit as the saved estimator would have.
 pub trait RateEstimator {
     /// Time update: carries the belief `span_s` seconds forward.
     ///

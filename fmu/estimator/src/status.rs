@@ -1,5 +1,7 @@
 //! How far an estimate may be trusted, in words.
 
+use core::fmt;
+
 /// Three standard deviations of the angle beyond which there is no angle to speak of: 30°, rad.
 const ANGLE_SPREAD_MAX_RAD: f64 = core::f64::consts::PI / 6.0;
 
@@ -15,7 +17,12 @@ pub enum Status {
         amplitude_rad: f64,
     },
     /// The body swings, and it is not yet known how: the angle is a bound and no more.
-    Fitting,
+    Fitting {
+        /// Seconds of the swing that have been collected for the fit.
+        collected_s: f64,
+        /// Seconds that the fit needs.
+        needed_s: f64,
+    },
     /// Something struck the body less than a quarter of a period ago, or the innovations are too
     /// large. Angle and sigma have been repaired.
     Disturbed {
@@ -39,6 +46,39 @@ impl Status {
     /// What can be said from a claimed variance of the angle alone, rad².
     pub(crate) fn of_claim(angle_variance_rad2: f64) -> Self {
         if is_unseen(angle_variance_rad2) { Self::NotObservable } else { Self::Nominal }
+    }
+}
+
+/// One degree, rad.
+const DEG: f64 = core::f64::consts::PI / 180.0;
+
+/// Plain words for who watches the rig: what is the matter, and where the angle comes from.
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Nominal => f.write_str("nominal"),
+            Self::Swinging { amplitude_rad } => {
+                let amplitude_deg = amplitude_rad / DEG;
+                write!(f, "swinging, {amplitude_deg:.1} deg; angle from the 5-DOF filter")
+            }
+            Self::Fitting { collected_s, needed_s } if collected_s < needed_s => write!(
+                f,
+                "swinging: angle not yet available, {collected_s:.0} s of {needed_s:.0} s collected"
+            ),
+            Self::Fitting { collected_s, .. } => write!(
+                f,
+                "swinging: angle not yet available, {collected_s:.0} s collected, fit under way"
+            ),
+            Self::Disturbed { since_s } => write!(f, "disturbed {since_s:.0} s ago"),
+            Self::ModelDoubtful => {
+                f.write_str("model doubtful: more than 3 alarms in half a period")
+            }
+            Self::ThreadYields { yield_angle_rad } => {
+                let yield_deg = yield_angle_rad / DEG;
+                write!(f, "thread yields at {yield_deg:.0} deg; angle from the hysteresis filters")
+            }
+            Self::NotObservable => f.write_str("not observable: the angle is a guess"),
+        }
     }
 }
 

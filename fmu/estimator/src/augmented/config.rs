@@ -56,7 +56,7 @@ impl StartPrior {
         }
     }
 
-    fn validate(&self) -> Result<(), ConfigError> {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         let finite = |name, value| judge(name, value, true, "a number");
         finite("angle_rad", self.angle_rad)?;
         not_negative("angle_sigma_rad", self.angle_sigma_rad)?;
@@ -146,14 +146,14 @@ impl GyroRange {
         Self { limit_rad_s, margin_rad_s: 5.0 * raw_sigma_rad_s }
     }
 
-    fn validate(&self) -> Result<(), ConfigError> {
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         positive("limit_rad_s", self.limit_rad_s)?;
         let ok = (0.0..self.limit_rad_s).contains(&self.margin_rad_s);
         judge("margin_rad_s", self.margin_rad_s, ok, "not negative and below limit_rad_s")
     }
 
     /// Least expected rate, and least measured rate, that are over range.
-    pub(super) fn edges_rad_s(&self) -> (f64, f64) {
+    pub(crate) fn edges_rad_s(&self) -> (f64, f64) {
         let edge = self.limit_rad_s - Self::EDGE * self.margin_rad_s;
         (self.limit_rad_s - self.margin_rad_s, edge)
     }

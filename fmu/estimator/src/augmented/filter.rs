@@ -93,6 +93,31 @@ impl AugmentedFilter {
         Ok(innovation)
     }
 
+    /// Sets measurement variance, rad²/s², and process noise from now on; all finite, R positive.
+    pub(crate) fn set_noise(&mut self, r_rad2_s2: f64, q: Densities) {
+        self.model.r = r_rad2_s2;
+        self.model.q = q;
+    }
+
+    /// Makes bias and rate less certain by these variances, rad²/s².
+    pub(crate) fn widen(&mut self, bias: f64, rate: f64) -> Result<(), EstimatorError> {
+        let bias = in_range(self.state.p.bb + bias)?;
+        let rate = in_range(self.state.p.ww + rate)?;
+        (self.state.p.bb, self.state.p.ww) = (bias, rate);
+        Ok(())
+    }
+
+    /// Mean and covariance.
+    pub(crate) fn state(&self) -> State {
+        self.state
+    }
+
+    /// Takes over the belief of another filter of this kind.
+    pub(crate) fn set_state(&mut self, state: State) -> Result<(), EstimatorError> {
+        self.state = self.model.bounded(state).judged()?;
+        Ok(())
+    }
+
     /// Mean of (α, ω, s, d, b): −s·φ in rad/s², φ′ in rad/s, Ω² in 1/s², 2ζΩ in 1/s, the gyro's
     /// bias in rad/s.
     #[must_use]
@@ -212,6 +237,78 @@ impl Model {
                 rate_rad2_s2: p.ww + scale * rate_rad_s * rate_rad_s,
             },
         }
+    }
+}
+
+/// What the filters of threads that yield, and their bank, share with this one.
+impl AugmentedFilter {
+    /// The same filter with another belief, (α, ω, s, d, b) and their covariance, whose parameters
+    /// are kept within bounds.
+    pub(crate) fn believing(&self, mean: [f64; 5], rows: &[[f64; 5]; 5]) -> Self {
+        let state = self.model.bounded(State::from_rows(mean, rows));
+        Self { model: self.model, state }
+    }
+
+    /// The innovation, if a gain can be formed of it and a residual be squared.
+    #[inline(always)]
+    pub(crate) fn innovation(
+        &self,
+        residual_rad_s: f64,
+        spread: f64,
+    ) -> Result<Innovation, EstimatorError> {
+        self.model.innovation(residual_rad_s, spread)
+    }
+
+    /// How a measured rate compares with the belief, if a gain can be formed of that.
+    #[inline(always)]
+    pub(crate) fn judge(&self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        let expected = self.state.expect(rate_rad_s);
+        self.model.innovation(expected.residual, expected.spread)
+    }
+
+    /// Takes a rate in with `variance_factor` times R, once the own rate has become more uncertain
+    /// by `kick_variance`: all of it, or nothing.
+    #[inline(always)]
+    pub(crate) fn absorb(
+        &mut self,
+        rate_rad_s: f64,
+        variance_factor: f64,
+        kick_variance: f64,
+    ) -> Result<(), EstimatorError> {
+        let mut state = self.state;
+        state.p.ww += kick_variance;
+        let state = state.updated(&state.expect(rate_rad_s), variance_factor * self.model.r);
+        self.state = self.model.bounded(state).judged()?;
+        Ok(())
+    }
+
+    pub(crate) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
+        self.model.is_over_range(rate_rad_s, residual_rad_s)
+    }
+
+    pub(crate) fn is_at_a_bound(&self) -> bool {
+        self.model.is_at_a_bound(&self.state)
+    }
+
+    /// Variance R of one measured rate, rad²/s².
+    pub(crate) fn measurement_variance(&self) -> f64 {
+        self.model.r
+    }
+
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
+        self.state.write(out);
+    }
+
+    pub(crate) fn read(&mut self, bytes: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.state = self.model.bounded(State::read(bytes)?);
+        Ok(())
+    }
+
+    /// s and d brought within their bounds.
+    #[inline(always)]
+    pub(crate) fn parameters_within_bounds(&self, s: f64, d: f64) -> (f64, f64) {
+        let ((s_low, s_high), (d_low, d_high)) = (self.model.s_bounds, self.model.d_bounds);
+        (s.clamp(s_low, s_high), d.clamp(d_low, d_high))
     }
 }
 

@@ -8,12 +8,14 @@
 
 mod config;
 mod filter;
-mod history;
+pub(crate) mod history;
 mod state;
 mod tested;
-mod transition;
-mod watch;
-mod windows;
+pub(crate) mod transition;
+pub(crate) mod watch;
+pub(crate) mod windows;
+
+pub(crate) use state::{Densities, State};
 
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};

@@ -7,76 +7,87 @@ use crate::state_bytes::{Reader, RestoreError, Writer};
 
 /// Mean of (α, ω, s, d, b).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Mean {
+pub(crate) struct Mean {
     /// −s·(φ − φ_eq), rad/s².
-    pub(super) alpha: f64,
+    pub(crate) alpha: f64,
     /// φ′, rad/s.
-    pub(super) rate: f64,
+    pub(crate) rate: f64,
     /// Ω², 1/s².
-    pub(super) s: f64,
+    pub(crate) s: f64,
     /// 2·ζ·Ω, 1/s.
-    pub(super) d: f64,
+    pub(crate) d: f64,
     /// Bias of the gyro, rad/s.
-    pub(super) bias: f64,
+    pub(crate) bias: f64,
 }
 
 impl Mean {
-    pub(super) fn entries(&self) -> [f64; 5] {
+    pub(crate) fn entries(&self) -> [f64; 5] {
         [self.alpha, self.rate, self.s, self.d, self.bias]
     }
 }
 
 /// Covariance of (α, ω, s, d, b): the upper triangle, so that it cannot lose its symmetry.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Covariance5 {
-    pub(super) aa: f64,
-    pub(super) aw: f64,
-    pub(super) as_: f64,
-    pub(super) ad: f64,
-    pub(super) ab: f64,
-    pub(super) ww: f64,
-    pub(super) ws: f64,
-    pub(super) wd: f64,
-    pub(super) wb: f64,
-    pub(super) ss: f64,
-    pub(super) sd: f64,
-    pub(super) sb: f64,
-    pub(super) dd: f64,
-    pub(super) db: f64,
-    pub(super) bb: f64,
+pub(crate) struct Covariance5 {
+    pub(crate) aa: f64,
+    pub(crate) aw: f64,
+    pub(crate) as_: f64,
+    pub(crate) ad: f64,
+    pub(crate) ab: f64,
+    pub(crate) ww: f64,
+    pub(crate) ws: f64,
+    pub(crate) wd: f64,
+    pub(crate) wb: f64,
+    pub(crate) ss: f64,
+    pub(crate) sd: f64,
+    pub(crate) sb: f64,
+    pub(crate) dd: f64,
+    pub(crate) db: f64,
+    pub(crate) bb: f64,
 }
 
 /// Mean and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct State {
-    pub(super) mean: Mean,
-    pub(super) p: Covariance5,
+pub(crate) struct State {
+    pub(crate) mean: Mean,
+    pub(crate) p: Covariance5,
 }
 
 /// Process noise densities.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Densities {
+pub(crate) struct Densities {
     /// White angular acceleration, rad²/s³.
-    pub(super) acceleration: f64,
+    pub(crate) acceleration: f64,
     /// Random walk of the bias, rad²/s³.
-    pub(super) bias: f64,
+    pub(crate) bias: f64,
 }
 
 /// What a measurement is to a state before it is taken in.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Expectation {
+pub(crate) struct Expectation {
     /// Measured minus expected rate, rad/s.
-    pub(super) residual: f64,
+    pub(crate) residual: f64,
     /// H·P·Hᵀ, rad²/s².
-    pub(super) spread: f64,
+    pub(crate) spread: f64,
     /// P·Hᵀ.
     columns: [f64; 5],
 }
 
 impl State {
+    /// The state with this mean and the upper triangle of this covariance.
+    pub(crate) fn from_rows(mean: [f64; 5], rows: &[[f64; 5]; 5]) -> Self {
+        let [alpha, rate, s, d, bias] = mean;
+        let [a, w, s_row, d_row, b] = rows;
+        let p = Covariance5::from_entries([
+            a[0], a[1], a[2], a[3], a[4], w[1], w[2], w[3], w[4], s_row[2], s_row[3], s_row[4],
+            d_row[3], d_row[4], b[4],
+        ]);
+        Self { mean: Mean { alpha, rate, s, d, bias }, p }
+    }
+
     /// The state `span_s` later.
     #[inline(always)]
-    pub(super) fn predicted(&self, span_s: f64, q: Densities) -> Self {
+    pub(crate) fn predicted(&self, span_s: f64, q: Densities) -> Self {
         let Mean { alpha, rate, s, d, bias } = self.mean;
         let t = Transition::over(span_s, s, d);
         let (alpha_later, rate_later) = t.apply(alpha, rate);
@@ -90,7 +101,7 @@ impl State {
 
     /// How a measured rate compares with the state, z = ω + b + noise.
     #[inline(always)]
-    pub(super) fn expect(&self, rate_rad_s: f64) -> Expectation {
+    pub(crate) fn expect(&self, rate_rad_s: f64) -> Expectation {
         let p = &self.p;
         let columns = [p.aw + p.ab, p.ww + p.wb, p.ws + p.sb, p.wd + p.db, p.wb + p.bb];
         Expectation {
@@ -109,7 +120,7 @@ impl State {
     /// # Source
     /// Bucy and Joseph, *Filtering for Stochastic Processes*, 1968.
     #[inline(always)]
-    pub(super) fn updated(&self, e: &Expectation, r: f64) -> Self {
+    pub(crate) fn updated(&self, e: &Expectation, r: f64) -> Self {
         let inverse = 1.0 / (e.spread + r);
         let c = e.columns;
         let k = c.map(|column| column * inverse);
@@ -146,7 +157,7 @@ impl State {
 
     /// Itself, unless a number has left the range of floating point.
     #[inline(always)]
-    pub(super) fn judged(self) -> Result<Self, EstimatorError> {
+    pub(crate) fn judged(self) -> Result<Self, EstimatorError> {
         let Mean { alpha, rate, s, d, bias } = self.mean;
         // A sum is finite only if every term is.
         let sum = (alpha + rate) + (s + d) + bias + self.p.sum();
@@ -194,12 +205,12 @@ impl Covariance5 {
     }
 
     #[inline(always)]
-    pub(super) fn entries(&self) -> [f64; 15] {
+    pub(crate) fn entries(&self) -> [f64; 15] {
         let p = self;
         [p.aa, p.aw, p.as_, p.ad, p.ab, p.ww, p.ws, p.wd, p.wb, p.ss, p.sd, p.sb, p.dd, p.db, p.bb]
     }
 
-    pub(super) fn rows(&self) -> [[f64; 5]; 5] {
+    pub(crate) fn rows(&self) -> [[f64; 5]; 5] {
         let p = self;
         [
             [p.aa, p.aw, p.as_, p.ad, p.ab],
@@ -218,15 +229,15 @@ impl Covariance5 {
 
 impl State {
     /// Twenty numbers.
-    pub(super) const SAVED_LEN: usize = 20 * 8;
+    pub(crate) const SAVED_LEN: usize = 20 * 8;
 
-    pub(super) fn write(&self, out: &mut Writer<'_>) {
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
         for number in self.mean.entries().into_iter().chain(self.p.entries()) {
             out.f64(number);
         }
     }
 
-    pub(super) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
+    pub(crate) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
         let mean = Mean {
             alpha: bytes.finite("alpha")?,
             rate: bytes.finite("rate")?,

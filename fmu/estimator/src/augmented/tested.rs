@@ -81,6 +81,16 @@ impl TestedFilter {
         &self.filter
     }
 
+    /// Starts afresh from another belief, `passed_s` after the last measurement that came here:
+    /// alarms of before do not count any more.
+    pub(crate) fn restart(&mut self, state: State, passed_s: f64) -> Result<(), EstimatorError> {
+        self.filter.set_state(state)?;
+        self.history.reset(&self.filter.state);
+        self.watch.restart(passed_s);
+        self.since_update_s = 0.0;
+        Ok(())
+    }
+
     /// Alarms so far.
     #[must_use]
     pub fn alarms(&self) -> u64 {

@@ -16,7 +16,7 @@ const HALVINGS_MAX: u32 = 2000;
 
 /// exp(A·h) = e₀·I + e₁·A over a span h, with derivatives in s and d.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Transition {
+pub(crate) struct Transition {
     s: f64,
     d: f64,
     e0: f64,
@@ -27,34 +27,34 @@ pub(super) struct Transition {
     e1_by_s: f64,
     e1_by_d: f64,
     /// Covariance of (α, ω) from white angular acceleration of density 1.
-    pub(super) noise: Noise,
+    pub(crate) noise: Noise,
 }
 
 /// Symmetric 2×2 covariance of (α, ω) per unit density of white angular acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Noise {
-    pub(super) aa: f64,
-    pub(super) aw: f64,
-    pub(super) ww: f64,
+pub(crate) struct Noise {
+    pub(crate) aa: f64,
+    pub(crate) aw: f64,
+    pub(crate) ww: f64,
 }
 
 /// The transition as matrix, and its derivatives in (s, d) times a given (α, ω).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Jacobian {
-    pub(super) aa: f64,
-    pub(super) aw: f64,
-    pub(super) wa: f64,
-    pub(super) ww: f64,
-    pub(super) a_by_s: f64,
-    pub(super) a_by_d: f64,
-    pub(super) w_by_s: f64,
-    pub(super) w_by_d: f64,
+pub(crate) struct Jacobian {
+    pub(crate) aa: f64,
+    pub(crate) aw: f64,
+    pub(crate) wa: f64,
+    pub(crate) ww: f64,
+    pub(crate) a_by_s: f64,
+    pub(crate) a_by_d: f64,
+    pub(crate) w_by_s: f64,
+    pub(crate) w_by_d: f64,
 }
 
 impl Transition {
     /// The transition over `span_s`, which is finite and not negative.
     #[inline(always)]
-    pub(super) fn over(span_s: f64, s: f64, d: f64) -> Self {
+    pub(crate) fn over(span_s: f64, s: f64, d: f64) -> Self {
         if s.abs() * (span_s * span_s) <= STEP_PHASE2_MAX && d.abs() * span_s <= STEP_DECAY_MAX {
             Self::series(span_s, s, d)
         } else {
@@ -135,14 +135,14 @@ impl Transition {
 
     /// Where (α, ω) comes to.
     #[inline(always)]
-    pub(super) fn apply(&self, alpha: f64, rate: f64) -> (f64, f64) {
+    pub(crate) fn apply(&self, alpha: f64, rate: f64) -> (f64, f64) {
         let (f11, f12, f21, f22) = self.matrix();
         (f11 * alpha + f12 * rate, f21 * alpha + f22 * rate)
     }
 
     /// All first derivatives of where (α, ω) comes to.
     #[inline(always)]
-    pub(super) fn jacobian(&self, alpha: f64, rate: f64) -> Jacobian {
+    pub(crate) fn jacobian(&self, alpha: f64, rate: f64) -> Jacobian {
         let Self { s, d, e1, e0_by_s, e0_by_d, e1_by_s, e1_by_d, .. } = *self;
         let (aa, aw, wa, ww) = self.matrix();
         Jacobian {

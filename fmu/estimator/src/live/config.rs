@@ -1,0 +1,139 @@
+//! What the live estimator is told before it starts.
+
+use super::fallback::SwingScale;
+use crate::config::{ConfigError, judge, not_negative, positive};
+use crate::{AugmentedConfig, InnovationTest, SwingConfig};
+
+/// One degree, rad.
+const DEG: f64 = core::f64::consts::PI / 180.0;
+/// Raw noise over quantiser step below which the quantiser bends the noise into a bias.
+const DITHER_MIN: f64 = 0.5;
+/// What R is multiplied by then.
+const UNDER_DITHERED_VARIANCE: f64 = 10.0;
+/// Samples of half a period, and of what comes on top, that may be kept at most.
+const SAMPLES_MAX: f64 = 1e6;
+
+/// How coarsely the gyro counts, where that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantiser {
+    /// One count, rad/s. Positive.
+    pub step_rad_s: f64,
+    /// Standard deviation of the raw samples before they are counted and averaged, rad/s. Not
+    /// negative.
+    pub raw_sigma_rad_s: f64,
+}
+
+impl Quantiser {
+    /// Whether the noise is too small to carry the rate across a count: averages are then biased
+    /// by up to step/π·exp(−2π²σ²/step²), which changes with the rate.
+    #[must_use]
+    pub fn is_under_dithered(&self) -> bool {
+        self.raw_sigma_rad_s < DITHER_MIN * self.step_rad_s
+    }
+
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("step_rad_s", self.step_rad_s)?;
+        not_negative("raw_sigma_rad_s", self.raw_sigma_rad_s)
+    }
+}
+
+/// Start belief, noise, body and budget of the [`LiveEstimator`](crate::LiveEstimator). SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiveConfig {
+    /// What is believed of twist, period, damping and bias, and of the noise.
+    pub torsion: AugmentedConfig,
+    /// The test of the innovations.
+    pub test: InnovationTest,
+    /// The body and the gyro's axis on it; none when nobody has declared them, and then a swing
+    /// leaves no angle. Start belief, R, bias walk, scale factor and range are taken from
+    /// `torsion`, whatever stands here.
+    pub swing: Option<SwingConfig>,
+    /// Largest swing that the operator lets happen, rad. It stands for the swing where that cannot
+    /// be measured: without a declared body, or with an axis not calibrated. From 0 to 1.5.
+    pub swing_max_rad: f64,
+    /// What a swing does to the twist of a body that nobody has declared.
+    pub undeclared: SwingScale,
+    /// Time from one measurement to the next when none is lost, s. Positive.
+    pub sample_period_s: f64,
+    /// The gyro's quantiser, where it is known.
+    pub quantiser: Option<Quantiser>,
+    /// Steps of work that a fit may do in each update. A step moves one body and its fourteen
+    /// neighbours by one sample, some ten microseconds. Positive.
+    pub work_per_sample: u32,
+}
+
+impl LiveConfig {
+    /// No body declared, 5° of swing at most, the standard test, and 50 steps of work per sample.
+    #[must_use]
+    pub const fn new(torsion: AugmentedConfig, sample_period_s: f64) -> Self {
+        Self {
+            torsion,
+            test: InnovationTest::STANDARD,
+            swing: None,
+            swing_max_rad: 5.0 * DEG,
+            undeclared: SwingScale::UNKNOWN,
+            sample_period_s,
+            quantiser: None,
+            work_per_sample: 50,
+        }
+    }
+
+    /// Checks every value against its bound.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the first value out of its bound.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.torsion.validate()?;
+        self.test.validate()?;
+        if let Some(swing) = self.swing() {
+            swing.validate()?;
+        }
+        let ok = (0.0..=1.5).contains(&self.swing_max_rad);
+        judge("swing_max_rad", self.swing_max_rad, ok, "from 0 to 1.5 rad")?;
+        self.undeclared.validate()?;
+        positive("sample_period_s", self.sample_period_s)?;
+        let samples = self.torsion.start.period_s / self.sample_period_s;
+        let bound = "such that a period of the torsion holds from 100 to 1e6 samples";
+        let ok = (100.0..=SAMPLES_MAX).contains(&samples);
+        judge("sample_period_s", self.sample_period_s, ok, bound)?;
+        judge(
+            "work_per_sample",
+            f64::from(self.work_per_sample),
+            self.work_per_sample > 0,
+            "positive",
+        )?;
+        self.quantiser.map_or(Ok(()), |quantiser| quantiser.validate())
+    }
+
+    /// The filter of pure torsion, told of the quantiser.
+    pub(super) fn torsion(&self) -> AugmentedConfig {
+        let under_dithered = self.quantiser.is_some_and(|quantiser| quantiser.is_under_dithered());
+        let factor = if under_dithered { UNDER_DITHERED_VARIANCE } else { 1.0 };
+        let measurement_variance_rad2_s2 = factor * self.torsion.measurement_variance_rad2_s2;
+        AugmentedConfig { measurement_variance_rad2_s2, ..self.torsion }
+    }
+
+    /// The filter of the swinging body, in agreement with that of pure torsion.
+    pub(super) fn swing(&self) -> Option<SwingConfig> {
+        let torsion = self.torsion();
+        self.swing.map(|swing| SwingConfig {
+            start: torsion.start,
+            measurement_variance_rad2_s2: torsion.measurement_variance_rad2_s2,
+            bias_walk_rad2_s3: torsion.bias_walk_rad2_s3,
+            scale_factor_sigma: torsion.scale_factor_sigma,
+            range: torsion.range,
+            ..swing
+        })
+    }
+
+    /// What a swing does to the twist.
+    pub(super) fn scale(&self) -> SwingScale {
+        self.swing.map_or(self.undeclared, |swing| {
+            let [a, b, c] = swing.body.inertia_kg_m2;
+            SwingScale {
+                swing_rad_s: swing.body.swing_frequency_rad_s(),
+                inertia_split: ((a - b).abs() / c).min(1.0),
+            }
+        })
+    }
+}

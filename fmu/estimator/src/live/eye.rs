@@ -1,0 +1,189 @@
+//! Whether the body swings, as far as the measured rate shows it.
+
+use super::noise::RateNoise;
+use super::tape::Sample;
+use crate::config::ConfigError;
+use crate::state_bytes::{Reader, RestoreError, Writer};
+use crate::swing::{SWING_PRESENT_RAD, SwingConfig, SwingMeter};
+
+/// Share of the threshold below which a swing counts as gone.
+const GONE: f64 = 2.0 / 3.0;
+/// Windows in a row that must show a swing. A blow that only turns the body lies in two of them,
+/// which overlap by half, and looks like a swing in both.
+const WINDOWS_SEEN: u32 = 3;
+/// Windows in a row that must show none until it counts as gone: 25 s, in which a swing across
+/// the axis, which leaks nothing, is turned into sight.
+const WINDOWS_CALM: u32 = 18;
+/// Misalignment over its own standard deviation below which the axis is not calibrated.
+const CALIBRATED_SIGMAS: f64 = 3.0;
+/// Excess of the variance over R from which on an unknown body counts as swinging, and below which
+/// it is calm. Sixty samples of noise alone exceed twice R once in a million blocks.
+const SHAKEN: (f64, f64) = (3.0, 2.0);
+/// Missing samples that are counted one by one; a longer gap hides nothing more.
+const MISSED_MAX: u64 = 1000;
+
+/// What the gyro's axis lets be seen of a swing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// The misalignment is known: the leak of the swing measures it.
+    Sharp,
+    /// It is not: a leak shows that there is a swing, and not how large.
+    Blurred,
+    /// Nothing is known of the body: whatever shakes the rate may be a swing.
+    Blind,
+}
+
+/// Watches the rate for swing, sample by sample.
+#[derive(Debug, Clone)]
+pub(super) struct SwingEye {
+    sight: Sight,
+    meter: Option<SwingMeter>,
+    noise: RateNoise,
+    r_rad2_s2: f64,
+    period_s: f64,
+    verdict: Verdict,
+}
+
+/// What the windows of late have shown.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Verdict {
+    /// Windows in a row with swing, and without.
+    seen: u32,
+    calm: u32,
+    /// Whether a window without swing has been seen since the start.
+    has_been_calm: bool,
+}
+
+impl Verdict {
+    /// Takes a window's swing in units of the threshold, and what counts as gone.
+    fn window(&mut self, size: f64, gone: f64) {
+        self.seen = if size > 1.0 { self.seen.saturating_add(1) } else { 0 };
+        self.calm = if size < gone { self.calm.saturating_add(1) } else { 0 };
+        self.has_been_calm |= self.seen == 0;
+    }
+}
+
+impl SwingEye {
+    pub(super) fn new(
+        swing: Option<&SwingConfig>,
+        r_rad2_s2: f64,
+        period_s: f64,
+    ) -> Result<Self, ConfigError> {
+        let (sight, meter) = match swing {
+            None => (Sight::Blind, None),
+            Some(swing) => {
+                let (tilt_rad, sigma_rad) = (swing.axis.tilt_rad(), swing.axis.tilt_sigma_rad);
+                let sharp = tilt_rad > CALIBRATED_SIGMAS * sigma_rad;
+                // Of an axis not calibrated the most that it may be off: the least swing.
+                let most_rad = tilt_rad + if sharp { 0.0 } else { CALIBRATED_SIGMAS * sigma_rad };
+                if most_rad > 0.0 {
+                    let sight = if sharp { Sight::Sharp } else { Sight::Blurred };
+                    let frequency_rad_s = swing.body.swing_frequency_rad_s();
+                    (sight, Some(SwingMeter::new(frequency_rad_s, most_rad, period_s)?))
+                } else {
+                    (Sight::Blind, None)
+                }
+            }
+        };
+        let (noise, verdict) = (RateNoise::default(), Verdict::default());
+        Ok(Self { sight, meter, noise, r_rad2_s2, period_s, verdict })
+    }
+
+    /// Takes a sample. True when a block of it has ended and the noise is measured anew.
+    #[inline(always)]
+    pub(super) fn push(&mut self, sample: Sample) -> bool {
+        let ended = match sample.rate_rad_s {
+            Some(rate_rad_s) => self.noise.push(sample.span_s, rate_rad_s),
+            None => false,
+        };
+        match &mut self.meter {
+            Some(meter) => {
+                for _ in 0..missed(sample.span_s, self.period_s) {
+                    if let Some(swing_rad) = meter.push(f64::NAN) {
+                        self.verdict.window(swing_rad / SWING_PRESENT_RAD, GONE);
+                    }
+                }
+                if let Some(swing_rad) = meter.push(sample.rate_rad_s.unwrap_or(f64::NAN)) {
+                    self.verdict.window(swing_rad / SWING_PRESENT_RAD, GONE);
+                }
+            }
+            None if ended => {
+                let excess = self.noise.latest_about_line_rad2_s2() / self.r_rad2_s2;
+                self.verdict.window(excess / SHAKEN.0, SHAKEN.1 / SHAKEN.0);
+            }
+            None => {}
+        }
+        ended
+    }
+
+    pub(super) fn sight(&self) -> Sight {
+        self.sight
+    }
+
+    /// Whether the body swings for certain. At the start a swing need not be told from a blow.
+    pub(super) fn sees_swing(&self) -> bool {
+        let needed = if self.verdict.has_been_calm { WINDOWS_SEEN } else { 1 };
+        self.verdict.seen >= needed
+    }
+
+    /// Whether the swing has been there since the first sample.
+    pub(super) fn has_never_been_calm(&self) -> bool {
+        !self.verdict.has_been_calm
+    }
+
+    /// Whether the last window showed more than a body at rest.
+    pub(super) fn is_suspicious(&self) -> bool {
+        self.verdict.seen > 0
+    }
+
+    /// Whether no swing has been seen for 25 s.
+    pub(super) fn is_calm(&self) -> bool {
+        self.verdict.calm >= WINDOWS_CALM
+    }
+
+    /// Swing in the last window, and the largest of the last 25 s, rad; none without a meter that
+    /// knows its scale.
+    pub(super) fn swing_rad(&self) -> Option<(f64, f64)> {
+        let meter = self.meter.as_ref().filter(|_| self.sight == Sight::Sharp)?;
+        Some((meter.last_rad(), meter.largest_rad()))
+    }
+
+    /// Variance of the rate about its mean over 0.64 s, the largest of late, rad²/s².
+    pub(super) fn rate_variance_rad2_s2(&self) -> f64 {
+        self.noise.variance_rad2_s2()
+    }
+}
+
+/// Samples that a gap of `span_s` has swallowed.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+pub(super) fn missed(span_s: f64, period_s: f64) -> u64 {
+    (libm::rint(span_s / period_s) - 1.0).clamp(0.0, MISSED_MAX as f64) as u64
+}
+
+impl SwingEye {
+    pub(super) const SAVED_LEN: usize = RateNoise::SAVED_LEN + 3 * 4 + SwingMeter::SAVED_LEN;
+
+    /// The meter comes last, and is left out where there is none.
+    pub(super) fn write(&self, out: &mut Writer<'_>) {
+        self.noise.write(out);
+        out.u32(self.verdict.seen);
+        out.u32(self.verdict.calm);
+        out.u32(u32::from(self.verdict.has_been_calm));
+        if let Some(meter) = &self.meter {
+            meter.write(out);
+        }
+    }
+
+    /// An eye of the same making with what was written.
+    pub(super) fn read(&self, bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
+        let mut eye = self.clone();
+        eye.noise = RateNoise::read(bytes)?;
+        eye.verdict.seen = bytes.u32();
+        eye.verdict.calm = bytes.u32();
+        eye.verdict.has_been_calm = bytes.u32() != 0;
+        if let Some(meter) = &mut eye.meter {
+            meter.read(bytes)?;
+        }
+        Ok(eye)
+    }
+}

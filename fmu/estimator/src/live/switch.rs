@@ -1,0 +1,201 @@
+//! The switch: what a sample changes in who speaks.
+
+use super::estimator::{Clock, LiveEstimator, Phase};
+use super::eye::Sight;
+use super::handover::{blurred, prior_of, torsion_of};
+use super::pursuit::{News, Pursuit};
+use super::tape::{Anchors, Sample};
+use crate::augmented::State;
+use crate::hysteresis::HysteresisBank;
+use crate::swing::{SWING_PRESENT_RAD, SwingFilter};
+use crate::{AugmentedConfig, EstimatorError, RateEstimator, StartPrior, Status};
+use alloc::boxed::Box;
+
+/// One degree, rad.
+const DEG: f64 = core::f64::consts::PI / 180.0;
+/// Largest swing that is reckoned with, rad.
+const SWING_MAX_RAD: f64 = 1.5;
+/// Lead in log-likelihood of a thread that yields, from which on it is believed.
+const YIELD_LEAD: f64 = 10.0;
+/// How long a thread must seem to yield, s: so long a swing may look like that.
+const YIELD_DELAY_S: f64 = 5.2;
+/// Swing, as the filter that follows it believes, below which it is gone, rad.
+const GONE_RAD: f64 = 2.0 / 3.0 * SWING_PRESENT_RAD;
+/// How wrong the twist may be once the filter that followed the swing has lost it, rad.
+const LOST_RAD: f64 = 11.0 * DEG;
+
+impl LiveEstimator {
+    /// Notes a measurement that the speaker has taken in, and moves on.
+    pub(super) fn note(&mut self, rate_rad_s: Option<f64>) {
+        let sample = Sample { span_s: self.clock.since_update_s, rate_rad_s };
+        self.clock.since_update_s = 0.0;
+        self.clock.over_range_s =
+            if rate_rad_s.is_some() { 0.0 } else { self.clock.over_range_s + sample.span_s };
+        self.tape.push(sample);
+        if self.eye.push(sample) && !matches!(self.phase, Phase::Torsion) {
+            self.fallback.set_swing(self.swing_size_rad(), self.eye.rate_variance_rad2_s2());
+        }
+        self.phase = match core::mem::replace(&mut self.phase, Phase::Torsion) {
+            Phase::Torsion => self.after_torsion(sample),
+            swinging => {
+                self.clock.away_s += sample.span_s;
+                self.after_swing(swinging)
+            }
+        };
+    }
+
+    /// Largest swing of late, or what may be at most where it cannot be measured, rad.
+    fn swing_size_rad(&self) -> f64 {
+        let declared_rad = self.setup.swing_max_rad;
+        self.eye.swing_rad().map_or(declared_rad, |(_, largest_rad)| largest_rad.min(SWING_MAX_RAD))
+    }
+
+    /// The phase after a sample without swing.
+    fn after_torsion(&mut self, sample: Sample) -> Phase {
+        let state = || self.torsion.filter().state();
+        self.anchors.pass(sample.span_s, self.tape.last(), state);
+        if self.eye.sees_swing() {
+            return self.begin_swing();
+        }
+        self.judge_thread(sample.span_s);
+        Phase::Torsion
+    }
+
+    /// Whether the thread yields: the test for kicks fires and fires, or has never fired at all,
+    /// and a thread that yields explains the record far better.
+    ///
+    /// A blow may lend a yielding thread likelihood for good; one that the test has answered and
+    /// got over is no sign of it.
+    fn judge_thread(&mut self, span_s: f64) {
+        let lead = self.bank.yield_lead();
+        let clock = &mut self.clock;
+        if clock.yields {
+            clock.yields = lead > 0.0;
+            return;
+        }
+        let open = self.torsion.status() == Status::ModelDoubtful || self.torsion.alarms() == 0;
+        let seems = lead > YIELD_LEAD && open && !self.eye.is_suspicious();
+        clock.yields_s = if seems { clock.yields_s + span_s } else { 0.0 };
+        clock.yields = clock.yields_s > YIELD_DELAY_S;
+    }
+
+    /// A swing has been seen: the fallback takes over from before it began.
+    fn begin_swing(&mut self) -> Phase {
+        self.clock = Clock { over_range_s: self.clock.over_range_s, ..Clock::default() };
+        let anchor = self.anchors.oldest();
+        if self.fallback_from(anchor.number, anchor.state).is_err() {
+            self.begin_fallback(self.torsion.filter().state());
+        }
+        let from_start = self.eye.has_never_been_calm() && self.tape.oldest() == 1;
+        if from_start {
+            return self.pursue(self.setup.torsion.start, 1);
+        }
+        self.pursue(prior_of(&self.fallback.state(), &anchor.state), self.tape.last())
+    }
+
+    /// Starts the fallback from a belief of now. One that it refuses leaves it where it stood.
+    fn begin_fallback(&mut self, from: State) {
+        let (swing_rad, variance) = (self.swing_size_rad(), self.eye.rate_variance_rad2_s2());
+        let mut fallback = self.fallback.clone();
+        if fallback.begin(from, swing_rad, variance).is_ok() {
+            self.fallback = fallback;
+        }
+    }
+
+    /// Runs the fallback from a belief of some seconds ago to the present: a thousand small steps.
+    fn fallback_from(&mut self, number: u64, state: State) -> Result<(), EstimatorError> {
+        let mut fallback = self.fallback.clone();
+        fallback.begin(state, self.swing_size_rad(), self.eye.rate_variance_rad2_s2())?;
+        for number in number + 1..=self.tape.last() {
+            let Some(sample) = self.tape.get(number) else { continue };
+            fallback.predict(sample.span_s)?;
+            if let Some(rate_rad_s) = sample.rate_rad_s {
+                fallback.update(rate_rad_s)?;
+            }
+        }
+        self.fallback = fallback;
+        Ok(())
+    }
+
+    /// A fit of the samples from `first` on, where a fit has a meaning.
+    fn pursue(&self, prior: StartPrior, first: u64) -> Phase {
+        let Some(swing) = &self.setup.swing else { return Phase::Unseen };
+        if self.eye.sight() != Sight::Sharp {
+            return Phase::Unseen;
+        }
+        let given = (&self.tape, first..=self.tape.last());
+        Pursuit::new(swing, prior, self.setup.pace, given)
+            .map_or(Phase::Unseen, |pursuit| Phase::Fitting(Box::new(pursuit)))
+    }
+
+    /// A fit from now on, from the fallback's belief.
+    pub(super) fn pursue_afresh(&self) -> Phase {
+        let learnt = self.anchors.oldest().state;
+        self.pursue(prior_of(&self.fallback.state(), &learnt), self.tape.last() + 1)
+    }
+
+    /// The phase after a sample while it swings.
+    fn after_swing(&mut self, phase: Phase) -> Phase {
+        match phase {
+            Phase::Swinging(filter) => self.after_following(filter),
+            Phase::Fitting(pursuit) if self.eye.is_calm() => {
+                self.spare = pursuit.into_spare().or(self.spare.take());
+                self.end_swing(self.fallback.state())
+            }
+            Phase::Fitting(pursuit) => self.after_fitting(pursuit),
+            _ if self.eye.is_calm() => self.end_swing(self.fallback.state()),
+            other => other,
+        }
+    }
+
+    fn after_fitting(&mut self, mut pursuit: Box<Pursuit>) -> Phase {
+        match pursuit.go_on(&self.tape, self.tape.last(), &mut self.spare) {
+            News::Caught(filter) => {
+                self.doubt = super::doubt::Doubt::default();
+                Phase::Swinging(filter)
+            }
+            News::None if !pursuit.outgrows(&self.tape) => Phase::Fitting(pursuit),
+            News::None | News::Lost => {
+                self.spare = pursuit.into_spare().or(self.spare.take());
+                self.pursue_afresh()
+            }
+        }
+    }
+
+    fn after_following(&mut self, filter: Box<SwingFilter>) -> Phase {
+        if self.eye.is_calm() && filter.amplitude_rad() < GONE_RAD {
+            let state = torsion_of(&filter.swing_belief());
+            self.spare = Some(filter);
+            // What is no belief of a filter of pure torsion leaves the bound.
+            return self.end_swing(state.unwrap_or_else(|_| self.fallback.state()));
+        }
+        if self.doubt.is_lost() {
+            self.fall_back(filter);
+            return self.pursue_afresh();
+        }
+        Phase::Swinging(filter)
+    }
+
+    /// The filter of the swinging body has lost the motion: what it believed of the twist is where
+    /// the fallback starts, less certain by what it may be wrong.
+    pub(super) fn fall_back(&mut self, filter: Box<SwingFilter>) {
+        let from = torsion_of(&filter.swing_belief()).map(|state| blurred(state, LOST_RAD));
+        self.spare = Some(filter);
+        self.begin_fallback(from.unwrap_or_else(|_| self.torsion.filter().state()));
+    }
+
+    /// Back to pure torsion from a belief of now.
+    fn end_swing(&mut self, state: State) -> Phase {
+        if self.torsion.restart(state, self.clock.away_s).is_err() {
+            return Phase::Unseen;
+        }
+        let state = self.torsion.filter().state();
+        self.anchors = Anchors::new(self.tape.last(), state);
+        let config = AugmentedConfig { start: prior_of(&state, &state), ..self.setup.torsion };
+        if let Ok(bank) = HysteresisBank::new(&config) {
+            self.bank = bank;
+        }
+        self.clock = Clock { over_range_s: self.clock.over_range_s, ..Clock::default() };
+        Phase::Torsion
+    }
+}

@@ -1,0 +1,412 @@
+//! The fit as a job that is done piece by piece.
+
+use super::AcceptedFit;
+use super::levenberg::{Descending, Descent};
+use super::modes::pruned;
+use super::outcome::{FitOutcome, Progress, Rejection};
+use super::pass::Budget;
+use super::plan::{
+    COST_HOPELESS, DENSE_SWING, Plan, RESTART_RATE_SIGMA_RAD_S, RESTART_TWIST_SIGMA_RAD,
+    SWING_SIGMA_MIN_RAD, Stage,
+};
+use super::problem::{Problem, Unknowns, WindowStart, first_start};
+use super::record::{Record, averages, mean};
+use super::residuals::Inspection;
+use super::starts::{Hypotheses, starts};
+use super::verdict::Verdict;
+use crate::config::{ConfigError, judge, positive};
+use crate::swing::SwingConfig;
+use crate::swing::amplitude::{Leak, SWING_PRESENT_RAD, SwingMeter};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+/// Standard deviations of its calibration by which a misalignment must differ from none.
+const ASKEW_SIGMAS: f64 = 3.0;
+/// Samples in a window, at most.
+const SAMPLES_MAX: f64 = 1e6;
+
+/// How many starts a fit makes. Fewer than all are for the comparison that shows what they are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FitStarts {
+    /// 25 starts, and 73 when none of them holds.
+    #[default]
+    All,
+    /// 25 starts and no retry.
+    NoRetry,
+    /// One start, in which the hidden component of the swing is zero.
+    Single,
+}
+
+/// What is being done.
+#[derive(Debug, Clone, PartialEq)]
+enum Phase {
+    /// Samples for the first window and for the size of the swing are being collected.
+    Collecting,
+    /// Every start goes down to the bottom of its valley.
+    Descending {
+        stage: usize,
+        /// Still to descend, the next one last.
+        waiting: Vec<Descent>,
+        ends: Vec<Descent>,
+    },
+    /// What the best end leaves is looked at.
+    Inspecting {
+        ends: Vec<Descent>,
+        inspection: Inspection,
+    },
+    Accepted(Box<AcceptedFit>),
+    Refused(Rejection),
+}
+
+/// Starts the filter of a swinging body: fits the motion to the first minute of the record.
+///
+/// The component of the swing that the gyro does not see enters the twist's rate quadratically, so
+/// the cost has many valleys; a filter that is linearised at one point commits to one of them,
+/// mostly a wrong one. The fit descends into all of them and keeps what fits. No claim is made
+/// unless what is left passes for noise.
+///
+/// It is a job done in pieces: [`push`](Self::push) takes a sample and does nothing else,
+/// [`work`](Self::work) does at most as many steps of the model as it is told and returns. However
+/// the work is cut, the outcome is the same to the bit, as long as the work keeps up with the
+/// samples to within two minutes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SwingFit {
+    config: SwingConfig,
+    period_s: f64,
+    choice: FitStarts,
+    plan: Plan,
+    record: Record,
+    start: Option<WindowStart>,
+    restarts: u32,
+    dense: bool,
+    /// The problem of the window at hand, once the size of the swing is known.
+    problem: Option<Problem>,
+    /// The window at hand, averaged as its stage says.
+    window: Vec<f64>,
+    phase: Phase,
+    rejected: Option<Rejection>,
+}
+
+impl SwingFit {
+    /// A fit for a gyro that is sampled every `period_s`. The first sample is taken at the time of
+    /// which the configuration's start belief speaks.
+    ///
+    /// A misalignment that is less than three standard deviations of its calibration is no error:
+    /// the fit is then [refused](FitOutcome::Refused) from the beginning.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a value out of its bound; for a sample period of more than half a
+    /// radian of the swing, or so short that a window would hold more than a million samples.
+    pub fn new(config: &SwingConfig, period_s: f64) -> Result<Self, ConfigError> {
+        config.validate()?;
+        positive("period_s", period_s)?;
+        let step_rad = config.body.swing_frequency_rad_s() * period_s;
+        judge("period_s", period_s, step_rad <= 0.5, "half a radian of swing at most")?;
+        let swing_rad_s = config.body.swing_frequency_rad_s();
+        let plan = Plan::new(config.start.period_s, swing_rad_s, period_s);
+        let ok = plan.capacity as f64 <= SAMPLES_MAX;
+        judge("period_s", period_s, ok, "long enough for a million samples in all")?;
+        let (tilt_rad, tilt_sigma_rad) = (config.axis.tilt_rad(), config.axis.tilt_sigma_rad);
+        let is_askew = tilt_rad > 0.0 && tilt_rad >= ASKEW_SIGMAS * tilt_sigma_rad;
+        let phase = if is_askew {
+            Phase::Collecting
+        } else {
+            Phase::Refused(Rejection::NotObservable { tilt_rad, tilt_sigma_rad })
+        };
+        let record = Record::new(if is_askew { plan.capacity } else { 1 });
+        Ok(Self {
+            config: *config,
+            period_s,
+            choice: FitStarts::All,
+            plan,
+            record,
+            start: None,
+            restarts: 0,
+            dense: false,
+            problem: None,
+            window: Vec::new(),
+            phase,
+            rejected: None,
+        })
+    }
+
+    /// The same fit with fewer starts: it fails more often, and says so.
+    #[must_use]
+    pub fn with_starts(mut self, choice: FitStarts) -> Self {
+        self.choice = choice;
+        self
+    }
+
+    /// Takes the next sample, rad/s; one that is not finite is missing. Constant time, apart from
+    /// a move of the record when the work has lagged behind by two minutes.
+    pub fn push(&mut self, rate_rad_s: f64) {
+        if matches!(self.phase, Phase::Refused(_)) {
+            return;
+        }
+        if self.record.is_full() {
+            self.restart(Rejection::Starved);
+        }
+        self.record.push(rate_rad_s);
+    }
+
+    /// Does at most `steps` steps of the model, with its derivatives, and what lies between them.
+    pub fn work(&mut self, steps: usize) -> Progress {
+        let mut budget = Budget(steps);
+        loop {
+            let phase = core::mem::replace(&mut self.phase, Phase::Collecting);
+            let progress = match phase {
+                Phase::Collecting => self.begin(),
+                Phase::Descending { stage, waiting, ends } => {
+                    self.descend(stage, waiting, ends, &mut budget)
+                }
+                Phase::Inspecting { ends, inspection } => {
+                    self.inspect(ends, inspection, &mut budget)
+                }
+                over @ (Phase::Accepted(_) | Phase::Refused(_)) => {
+                    self.phase = over;
+                    Some(Progress::Done)
+                }
+            };
+            if let Some(progress) = progress {
+                return progress;
+            }
+        }
+    }
+
+    /// Works until a fit is accepted or the samples are used up.
+    ///
+    /// # Errors
+    /// [`Rejection`]: why the last window was given up, or that there are too few samples.
+    pub fn run_to_end(&mut self) -> Result<&AcceptedFit, Rejection> {
+        while self.work(usize::MAX) == Progress::Working {}
+        let need = self.record.given_up() + self.needed() as u64;
+        let have = self.record.given_up() + self.record.samples().len() as u64;
+        match self.outcome() {
+            FitOutcome::Accepted(fit) => Ok(fit),
+            FitOutcome::Refused(rejection) => Err(rejection),
+            FitOutcome::Pending { rejected } => {
+                Err(rejected.unwrap_or(Rejection::TooShort { have, need }))
+            }
+        }
+    }
+
+    /// What the fit has come to so far.
+    #[must_use]
+    pub fn outcome(&self) -> FitOutcome<'_> {
+        match &self.phase {
+            Phase::Accepted(fit) => FitOutcome::Accepted(fit),
+            Phase::Refused(rejection) => FitOutcome::Refused(*rejection),
+            _ => FitOutcome::Pending { rejected: self.rejected },
+        }
+    }
+
+    /// The samples that came after the window of an accepted fit, oldest first, missing ones as
+    /// NaN: what the filter that takes over has to catch up with. Empty before.
+    #[must_use]
+    pub fn samples_after(&self) -> &[f64] {
+        let Phase::Accepted(fit) = &self.phase else {
+            return &[];
+        };
+        let used = usize::try_from(fit.samples - self.record.given_up()).unwrap_or(usize::MAX);
+        self.record.samples().get(used..).unwrap_or_default()
+    }
+
+    /// How many windows were given up.
+    #[must_use]
+    pub fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    /// Samples that the record must hold before more can be done.
+    fn needed(&self) -> usize {
+        match &self.phase {
+            Phase::Descending { stage, .. } => {
+                self.plan.stage(*stage, self.dense).map_or(0, |stage| stage.samples)
+            }
+            _ => self.meter().map_or(0, |meter| meter.samples_to_fill()),
+        }
+    }
+
+    fn meter(&self) -> Option<SwingMeter> {
+        let body = &self.config.body;
+        let askew_rad = self.config.axis.tilt_rad();
+        SwingMeter::new(body.swing_frequency_rad_s(), askew_rad, self.period_s).ok()
+    }
+
+    /// Starts on a window when there are samples enough.
+    fn begin(&mut self) -> Option<Progress> {
+        let Some(mut meter) = self.meter() else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        let Some(seen) = self.record.samples().get(..meter.samples_to_fill()) else {
+            return Some(Progress::NeedsSamples);
+        };
+        for sample in seen {
+            meter.push(*sample);
+        }
+        let believed_rad_s = self.config.body.swing_frequency_rad_s();
+        let first = seen.get(..self.plan.leak).unwrap_or(seen);
+        let Some(leak) = Leak::scan(first, self.period_s, believed_rad_s) else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        let swing_rad = meter.largest_rad();
+        let spread_rad = if self.dense { DENSE_SWING * swing_rad } else { swing_rad };
+        let spread_rad = spread_rad.clamp(SWING_SIGMA_MIN_RAD, 1.0);
+        let start = self.start.unwrap_or_else(|| first_start(&self.config, spread_rad));
+        let problem = Problem::new(&self.config, self.period_s, &start, spread_rad);
+        let waiting = starts(&problem, &leak, swing_rad, self.hypotheses(swing_rad));
+        self.problem = Some(problem);
+        self.enter(0, waiting)
+    }
+
+    fn hypotheses(&self, swing_rad: f64) -> Hypotheses {
+        match (self.choice, self.dense) {
+            (FitStarts::Single, _) => Hypotheses::NONE,
+            (_, true) => Hypotheses::DENSE,
+            (_, false) if swing_rad < SWING_PRESENT_RAD => Hypotheses::NONE,
+            (_, false) => Hypotheses::STANDARD,
+        }
+    }
+
+    /// Descents from `starts` in the window of a stage.
+    fn enter(&mut self, index: usize, starts: Vec<Unknowns>) -> Option<Progress> {
+        let (Some(&stage), Some(problem)) =
+            (self.plan.stage(index, self.dense), self.problem.take())
+        else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        let problem = problem.averaging(&self.config, self.period_s, stage.averaged);
+        let waiting = starts.into_iter().rev().map(|u| Descent::new(&problem, u)).collect();
+        self.problem = Some(problem);
+        self.phase = Phase::Descending { stage: index, waiting, ends: Vec::new() };
+        None
+    }
+
+    /// Averages the window of a stage, once it is there.
+    fn fill(&mut self, stage: &Stage) -> bool {
+        if self.window.len() * stage.averaged == stage.samples {
+            return true;
+        }
+        let samples = self.record.samples().get(..stage.samples);
+        self.window = samples.map_or_else(Vec::new, |samples| averages(samples, stage.averaged));
+        samples.is_some()
+    }
+
+    fn descend(
+        &mut self,
+        index: usize,
+        mut waiting: Vec<Descent>,
+        mut ends: Vec<Descent>,
+        budget: &mut Budget,
+    ) -> Option<Progress> {
+        let Some(&stage) = self.plan.stage(index, self.dense) else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        if !self.fill(&stage) {
+            self.phase = Phase::Descending { stage: index, waiting, ends };
+            return Some(Progress::NeedsSamples);
+        }
+        let Some(problem) = &self.problem else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        while let Some(mut descent) = waiting.pop() {
+            match descent.advance(problem, &self.window, stage.patience, budget) {
+                Descending::Done => ends.push(descent),
+                Descending::Lost => {}
+                Descending::Budget => {
+                    waiting.push(descent);
+                    self.phase = Phase::Descending { stage: index, waiting, ends };
+                    return Some(Progress::Working);
+                }
+            }
+        }
+        self.after(index, &stage, pruned(ends, stage.cut))
+    }
+
+    /// What comes after a window: a longer one, the inspection, or another try.
+    fn after(&mut self, index: usize, stage: &Stage, mut ends: Vec<Descent>) -> Option<Progress> {
+        let (Some(best), Some(problem)) = (ends.first(), &self.problem) else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        let cost_per_sample = best.best().cost() / self.window.len() as f64;
+        if stage.is_last {
+            let inspection = Inspection::new(problem, best.best().unknowns(), self.period_s);
+            self.phase = Phase::Inspecting { ends, inspection };
+            return None;
+        }
+        if index > 0 && cost_per_sample > COST_HOPELESS {
+            return self.give_up(Rejection::Cost { cost_per_sample });
+        }
+        if self
+            .plan
+            .stage(index + 1, self.dense)
+            .is_some_and(|next| next.averaged != stage.averaged)
+        {
+            let starts = ends.iter().map(|end| *end.best().unknowns()).collect();
+            return self.enter(index + 1, starts);
+        }
+        ends.iter_mut().for_each(Descent::again);
+        ends.reverse();
+        self.phase = Phase::Descending { stage: index + 1, waiting: ends, ends: Vec::new() };
+        None
+    }
+
+    fn inspect(
+        &mut self,
+        ends: Vec<Descent>,
+        mut inspection: Inspection,
+        budget: &mut Budget,
+    ) -> Option<Progress> {
+        let last = (0..).map_while(|k| self.plan.stage(k, self.dense)).last();
+        let (Some(stage), Some(problem)) = (last, &self.problem) else {
+            return self.give_up(Rejection::NoMotion);
+        };
+        let Some(leftover) = inspection.advance(problem, &self.window, budget) else {
+            self.phase = Phase::Inspecting { ends, inspection };
+            return Some(Progress::Working);
+        };
+        let samples = self.record.given_up() + stage.samples as u64;
+        let verdict = Verdict { problem, ends: &ends, leftover, window: stage.samples };
+        match verdict.fit(samples, self.restarts, self.dense) {
+            Ok(fit) => self.phase = Phase::Accepted(Box::new(fit)),
+            Err(rejection) => return self.give_up(rejection),
+        }
+        None
+    }
+
+    /// Gives the try up: the denser starts come next, and after them a later window.
+    fn give_up(&mut self, rejection: Rejection) -> Option<Progress> {
+        if self.dense || self.choice != FitStarts::All {
+            self.restart(rejection);
+        } else {
+            self.rejected = Some(rejection);
+            self.dense = true;
+            self.window.clear();
+            self.phase = Phase::Collecting;
+        }
+        None
+    }
+
+    /// Moves the window on. The twist is carried there by plain integration.
+    fn restart(&mut self, rejection: Rejection) {
+        let start = self.start.unwrap_or_else(|| first_start(&self.config, 0.0));
+        let bias_rad_s = self.config.start.bias_rad_s;
+        let skipped = self.record.samples().get(..self.plan.restart).unwrap_or_default();
+        let turned_rad = mean(skipped)
+            .map_or(0.0, |rate| (rate - bias_rad_s) * self.period_s * skipped.len() as f64);
+        self.record.give_up(self.plan.restart);
+        let now = self.record.samples();
+        let rate = mean(now.get(..self.plan.restart_rate).unwrap_or(now)).unwrap_or(bias_rad_s);
+        self.start = Some(WindowStart {
+            twist_rad: (
+                start.twist_rad.0 + turned_rad,
+                libm::hypot(start.twist_rad.1, RESTART_TWIST_SIGMA_RAD),
+            ),
+            rate_rad_s: (rate - bias_rad_s, RESTART_RATE_SIGMA_RAD_S),
+        });
+        self.restarts = self.restarts.saturating_add(1);
+        (self.dense, self.problem, self.rejected) = (false, None, Some(rejection));
+        self.window.clear();
+        self.phase = Phase::Collecting;
+    }
+}

@@ -1,0 +1,87 @@
+//! Where the descents start: what of the swing is seen, and guesses at what is not.
+
+use super::problem::{EX, G1, G2, P, Problem, R, Unknowns};
+use crate::swing::amplitude::Leak;
+use alloc::vec::Vec;
+use core::f64::consts::TAU;
+
+/// Guesses at the hidden component of the swing: sizes as shares of the swing, and phases of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hypotheses {
+    pub(super) levels: &'static [f64],
+    pub(super) phases: u32,
+}
+
+impl Hypotheses {
+    /// 25 starts with the zero one.
+    pub(super) const STANDARD: Self = Self { levels: &[0.25, 0.6, 1.0], phases: 8 };
+    /// 73 starts with the zero one.
+    pub(super) const DENSE: Self = Self { levels: &[0.1, 0.25, 0.5, 0.75, 1.0, 1.3], phases: 12 };
+    /// The zero one alone.
+    pub(super) const NONE: Self = Self { levels: &[], phases: 0 };
+}
+
+/// A complex amplitude C, for the oscillation Re(C·exp(iωt)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Amplitude {
+    re: f64,
+    im: f64,
+}
+
+impl Amplitude {
+    /// Re(C/(iω)): the oscillation's integral at time zero.
+    fn integral(self, frequency_rad_s: f64) -> f64 {
+        self.im / frequency_rad_s
+    }
+}
+
+/// The starts, as scaled unknowns.
+///
+/// The rate along the direction m in which the gyro sits askew is the leak over ε: C_m. That along
+/// o, a quarter turn from m, is hidden: C_o is guessed. The vertical follows from e′ = R₉₀·ω, so
+/// e = Re(C_m/iω)·o − Re(C_o/iω)·m.
+pub(super) fn starts(
+    problem: &Problem,
+    leak: &Leak,
+    swing_rad: f64,
+    hypotheses: Hypotheses,
+) -> Vec<Unknowns> {
+    let [g1, g2] = [problem.mean[G1], problem.mean[G2]];
+    let askew = libm::hypot(g1, g2);
+    let m = [g1 / askew, g2 / askew];
+    let [c, s] = leak.coefficients_rad_s;
+    let seen = Amplitude { re: c / askew, im: -s / askew };
+    let frequency = leak.frequency_rad_s;
+    let start = |hidden| start(problem, m, frequency, seen, hidden);
+    let mut starts = Vec::with_capacity(1 + hypotheses.levels.len() * hypotheses.phases as usize);
+    starts.push(start(Amplitude { re: 0.0, im: 0.0 }));
+    for level in hypotheses.levels {
+        let rate = level * swing_rad * frequency;
+        for phase in 0..hypotheses.phases {
+            let angle = TAU * f64::from(phase) / f64::from(hypotheses.phases);
+            starts.push(start(Amplitude {
+                re: rate * libm::cos(angle),
+                im: rate * libm::sin(angle),
+            }));
+        }
+    }
+    starts
+}
+
+fn start(
+    problem: &Problem,
+    m: [f64; 2],
+    frequency_rad_s: f64,
+    seen: Amplitude,
+    hidden: Amplitude,
+) -> Unknowns {
+    let o = [-m[1], m[0]];
+    let (along_o, along_m) = (seen.integral(frequency_rad_s), -hidden.integral(frequency_rad_s));
+    let mut x = problem.mean;
+    for axis in 0..2 {
+        x[EX + axis] = along_o * o[axis] + along_m * m[axis];
+        x[P + axis] = seen.re * m[axis] + hidden.re * o[axis];
+    }
+    debug_assert!(R > P + 1, "the rate about the axis is left as believed");
+    problem.within_bounds(problem.u(&x))
+}

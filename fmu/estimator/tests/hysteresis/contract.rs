@@ -1,0 +1,1 @@
+//! What the bank promises as every estimator does.

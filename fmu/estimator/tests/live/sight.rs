@@ -1,0 +1,103 @@
+//! Where a swing cannot be measured, or the gyro not be trusted, there is no angle, and it says so.
+
+use crate::rig::{Case, R_RAD2_S2, Run, STEP_S};
+use struna_estimator::{
+    GyroRange, InputAxis, LiveConfig, LiveEstimator, LiveWarning, Quantiser, RateEstimator, Status,
+    SwingConfig,
+};
+use struna_kernel::RAD_PER_DEG;
+
+const SWINGS: Case = Case { swing_deg: 5.0, ratio: 0.2, seconds: 100, ..Case::STILL };
+
+/// Runs an estimator otherwise configured than the run's own.
+fn shown(case: &Case, change: impl Fn(&mut LiveConfig)) -> (Run, LiveEstimator, crate::rig::Trace) {
+    let mut run = Run::of(case);
+    change(&mut run.config);
+    let mut live = run.estimator();
+    let trace = run.trace(&mut live);
+    (run, live, trace)
+}
+
+/// From the first sight of the swing on there is no angle but a bound, and the bound holds.
+fn is_a_bound_and_no_angle(trace: &crate::rig::Trace) {
+    let from_s = trace.first_s("unseen").unwrap();
+    assert!(from_s < 6, "{:?}", trace.announced());
+    assert!(trace.status[600..].iter().all(|status| *status == Status::NotObservable));
+    let (worst, count) = trace.worst_sigmas(|status| *status == Status::NotObservable);
+    assert!(count > 9_000 && worst < 3.0, "{worst} sigmas in {count} samples");
+    assert_eq!(trace.first_s("fitting"), None);
+}
+
+#[test]
+fn a_swing_seen_by_an_axis_that_is_not_calibrated_leaves_no_angle() {
+    let (_, live, trace) = shown(&SWINGS, |config| {
+        let swing = config.swing.unwrap();
+        // A degree that might as well be none.
+        let axis = InputAxis { tilt_sigma_rad: 0.5 * RAD_PER_DEG, ..swing.axis };
+        config.swing = Some(SwingConfig { axis, ..swing });
+    });
+    is_a_bound_and_no_angle(&trace);
+    assert_eq!(live.swing_rad(), None, "a size that nobody knows is not shown");
+    assert!(live.warnings().any(|warning| warning == LiveWarning::AxisNotCalibrated));
+}
+
+#[test]
+fn a_swing_of_a_body_that_nobody_declared_leaves_no_angle() {
+    let (_, _, trace) = shown(&SWINGS, |config| config.swing = None);
+    is_a_bound_and_no_angle(&trace);
+    // And without a swing it is nominal all the same, in spite of 1 deg/s² of torsion.
+    let (_, _, trace) = shown(&Case::STILL, |config| config.swing = None);
+    assert_eq!(trace.announced(), [(0, "nominal")]);
+}
+
+#[test]
+fn a_gyro_over_range_for_a_second_leaves_no_angle_until_it_is_back() {
+    for case in [Case::STILL, Case { seconds: 120, ..SWINGS }] {
+        let run = Run::of(&case);
+        let mut live = run.estimator();
+        let mut shown = Vec::new();
+        for (k, rate_rad_s) in run.measured_rad_s.iter().enumerate() {
+            live.predict(STEP_S).unwrap();
+            let over = (10_500..10_700).contains(&k);
+            let answer = if over { live.update_over_range(4.0) } else { live.update(*rate_rad_s) };
+            answer.unwrap();
+            shown.push(live.status());
+        }
+        let unseen = |k: usize| shown[k] == Status::NotObservable;
+        assert!(!unseen(10_499) && !unseen(10_590), "half a second is none");
+        assert!(unseen(10_605) && unseen(10_699));
+        assert!(!unseen(10_700), "{:?}", shown[10_700]);
+    }
+}
+
+#[test]
+fn a_swing_that_clips_is_neither_followed_nor_claimed() {
+    // Leak of 0.85 °/s on a range of 0.3 °/s beyond the twist's rate: most samples are spoilt.
+    let (_, _, trace) = shown(&Case { torsion_s: 480.0, ..SWINGS }, |config| {
+        config.torsion.range = Some(GyroRange::with_raw_sigma(0.02, 1e-3));
+    });
+    let (worst, _) = trace.worst_sigmas(|status| !matches!(status, Status::NotObservable));
+    assert!(worst < 6.0, "{worst} sigmas");
+}
+
+#[test]
+fn an_under_dithered_quantiser_is_warned_of_and_reckoned_with() {
+    let coarse = Quantiser { step_rad_s: 4e-3, raw_sigma_rad_s: 1.3e-3 };
+    let fine = Quantiser { raw_sigma_rad_s: 2.1e-3, ..coarse };
+    let spread = |quantiser: Quantiser| {
+        let run = Run::of(&Case { seconds: 20, ..Case::STILL });
+        let config = LiveConfig { quantiser: Some(quantiser), ..run.config };
+        let mut live = LiveEstimator::new(&config).unwrap();
+        live.predict(STEP_S).unwrap();
+        let innovation = live.update(0.0).unwrap();
+        (innovation.variance_rad2_s2, live.warnings().collect::<Vec<_>>())
+    };
+    let (fine_rad2_s2, none) = spread(fine);
+    let (coarse_rad2_s2, warned) = spread(coarse);
+    assert_eq!(
+        (none.as_slice(), warned.as_slice()),
+        ([].as_slice(), [LiveWarning::QuantiserUnderDithered].as_slice(),)
+    );
+    // S = H·P·Hᵀ + R: nine more R, to the rounding of the sums.
+    assert!(((coarse_rad2_s2 - fine_rad2_s2) / (9.0 * R_RAD2_S2) - 1.0).abs() < 1e-9);
+}

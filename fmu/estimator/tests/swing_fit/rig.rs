@@ -1,0 +1,171 @@
+//! A body that swings while it turns, and a gyro askew on it: the truth and what is believed of it.
+
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+use struna_body::{
+    Body, BodyParams, Drag, Impulse, Integrator, Rig, StartState, Torsion, TorsionDamping,
+    TorsionStiffness, TruthMotion,
+};
+use struna_estimator::{InputAxis, StartPrior, SwingBody, SwingConfig};
+use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed, SimTime};
+
+/// Sample period, s.
+pub(crate) const PERIOD_S: f64 = 0.01;
+/// Variance of a sample, rad²/s²: 2e-3 (°/s)².
+pub(crate) const NOISE_RAD2_S2: f64 = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
+/// Torsion: 2ζΩ with ζ = 0.03.
+const DAMPING_RATIO: f64 = 0.03;
+const MASS_KG: f64 = 1.0;
+const DEPTH_M: f64 = 0.1;
+const INERTIA_KG_M2: [f64; 3] = [0.0100, 0.0105, 0.0100];
+/// Decay of the swing, 1/s, a part of the torsion's.
+const DECAY_1_S: f64 = 1e-3;
+
+/// What a case is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Case {
+    pub(crate) swing_deg: f64,
+    pub(crate) seed: u64,
+    pub(crate) seconds: u32,
+    pub(crate) torsion_s: f64,
+    /// Time of a kick of 0.5 °/s about each axis, s.
+    pub(crate) kick_s: Option<f64>,
+    /// Decay of the swing in truth over the believed one.
+    pub(crate) decay_scale: f64,
+    /// Short over long axis of the swing's ellipse; drawn from −1 to 1 when not given.
+    pub(crate) ratio: Option<f64>,
+}
+
+impl Case {
+    pub(crate) const fn new(swing_deg: f64, seed: u64, seconds: u32) -> Self {
+        Self {
+            swing_deg,
+            seed,
+            seconds,
+            torsion_s: 120.0,
+            kick_s: None,
+            decay_scale: 1.0,
+            ratio: None,
+        }
+    }
+}
+
+/// Twist and rate of the twist, rad and rad/s.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Truth {
+    pub(crate) twist_rad: f64,
+    pub(crate) twist_rate_rad_s: f64,
+}
+
+/// What a run is made of: truth and measurement at every sample, and what is believed beforehand.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) truth: Vec<Truth>,
+    pub(crate) measured_rad_s: Vec<f64>,
+    pub(crate) config: SwingConfig,
+}
+
+impl Run {
+    pub(crate) fn of(case: &Case) -> Self {
+        let mut draws = RandomStream::new(Seed(case.seed), Channel::StartError, 0);
+        let azimuth = TAU * draws.uniform();
+        let axis_azimuth = TAU * draws.uniform();
+        let ratio = case.ratio.unwrap_or(2.0 * draws.uniform() - 1.0);
+        let normal: [f64; 6] = std::array::from_fn(|_| draws.standard_normal());
+        let bias_rad_s = 0.05 * RAD_PER_DEG * normal[0];
+        let start = start(case.swing_deg * RAD_PER_DEG, azimuth, ratio);
+        let tilt = RAD_PER_DEG.sin();
+        let across = [tilt * axis_azimuth.cos(), tilt * axis_azimuth.sin()];
+        let axis = Vector3::new(across[0], across[1], RAD_PER_DEG.cos());
+        let mut motion =
+            TruthMotion::new(rig(case), &start, Integrator::Rk4 { step_s: 2e-3 }).unwrap();
+        let mut noise = RandomStream::new(Seed(case.seed), Channel::GyroAngleRandomWalk, 0);
+        let mut run = Self {
+            truth: Vec::new(),
+            measured_rad_s: Vec::new(),
+            config: config(case, across, &normal),
+        };
+        for k in 0..100 * case.seconds {
+            let motion = motion.motion_at(SimTime::from_s(f64::from(k) * PERIOD_S).unwrap());
+            let motion = motion.unwrap();
+            let white = NOISE_RAD2_S2.sqrt() * noise.standard_normal();
+            run.measured_rad_s.push(axis.dot(&motion.omega_wb_b_rad_s) + bias_rad_s + white);
+            run.truth.push(Truth {
+                twist_rad: motion.twist_rad,
+                twist_rate_rad_s: motion.twist_rate_rad_s,
+            });
+        }
+        run
+    }
+}
+
+/// One turn of twist, let go with a swing on an ellipse: the rate across the tilt is `ratio` of
+/// what a circle has.
+fn start(swing_rad: f64, azimuth: f64, ratio: f64) -> StartState {
+    let still = StartState {
+        tilt_rad: swing_rad,
+        tilt_azimuth_rad: azimuth,
+        twist_rad: TAU,
+        ..StartState::AT_REST
+    };
+    let e = still.attitude().inverse_transform_vector(&Vector3::z());
+    let frequency = (MASS_KG * 9.81 * DEPTH_M / 0.01025_f64).sqrt();
+    let (p, q) = (ratio * frequency * e.x, ratio * frequency * e.y);
+    // The twist starts at rest: its rate is r + (e₁p + e₂q)/(1 + e₃).
+    let r = -(e.x * p + e.y * q) / (1.0 + e.z);
+    StartState { omega_wb_b_rad_s: [p, q, r], ..still }
+}
+
+fn air_n_m_s_rad(case: &Case) -> f64 {
+    case.decay_scale * DECAY_1_S * (INERTIA_KG_M2[0] + INERTIA_KG_M2[1])
+}
+
+fn rig(case: &Case) -> Rig {
+    let omega = TAU / case.torsion_s;
+    // What the thread damps is what the air leaves of 2ζΩ.
+    let damping = 2.0 * DAMPING_RATIO * omega * INERTIA_KG_M2[2] - air_n_m_s_rad(case);
+    let body = Body::new(&BodyParams {
+        mass_kg: MASS_KG,
+        com_depth_m: DEPTH_M,
+        com_offset_m: [0.0; 2],
+        inertia_kg_m2: INERTIA_KG_M2,
+        products_kg_m2: [0.0; 3],
+        gravity_m_s2: 9.81,
+        torsion: Torsion {
+            stiffness: TorsionStiffness::PeriodS(case.torsion_s),
+            damping: TorsionDamping::CoefficientNMSRad(damping.max(0.0)),
+        },
+    });
+    let mut rig = Rig::from(body.unwrap());
+    rig.drag = Drag { rotation_n_m_s_rad: air_n_m_s_rad(case), ..Drag::NONE };
+    let kick = 0.5 * RAD_PER_DEG;
+    rig.disturbances.impulses.extend(case.kick_s.map(|time_s| Impulse {
+        time: SimTime::from_s(time_s).unwrap(),
+        angular_b_n_m_s: INERTIA_KG_M2.map(|moment| moment * kick),
+        linear_w_n_s: [0.0; 3],
+    }));
+    rig
+}
+
+/// What is believed: a start within 10°, a bias of 0 ± 0.05 °/s, a misalignment known to 0.1° per
+/// axis, moments wrong by 1 % and 0.5 %.
+fn config(case: &Case, across: [f64; 2], normal: &[f64; 6]) -> SwingConfig {
+    let believed = |k: usize| across[k] + 0.1 * RAD_PER_DEG * normal[1 + k];
+    let axis =
+        InputAxis { tilt_b_rad: [believed(0), believed(1)], tilt_sigma_rad: 0.1 * RAD_PER_DEG };
+    let body = SwingBody {
+        mass_kg: MASS_KG,
+        com_depth_m: DEPTH_M,
+        inertia_kg_m2: [0.0101, 0.0104475, 0.0100],
+        gravity_m_s2: 9.81,
+        swing_damping_1_s: DECAY_1_S,
+    };
+    let start = StartPrior {
+        angle_rad: TAU + 10.0 * RAD_PER_DEG * normal[3],
+        angle_sigma_rad: 10.0 * RAD_PER_DEG,
+        period_s: case.torsion_s * (1.0 + 0.01 * normal[4]),
+        damping_ratio: DAMPING_RATIO + 0.01 * normal[5],
+        ..StartPrior::released(TAU, case.torsion_s)
+    };
+    SwingConfig::quiet(body, axis, start, NOISE_RAD2_S2)
+}
