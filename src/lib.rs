@@ -26,3 +26,4 @@ pub mod report;
 pub mod scenario;
 pub mod score;
 pub mod session;
+pub mod validate;

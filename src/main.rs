@@ -10,12 +10,15 @@ const INTERRUPTED: u8 = 130;
 
 #[expect(clippy::print_stderr, reason = "where errors of a command belong")]
 fn main() -> ExitCode {
-    match commands::execute(Cli::parse()) {
+    let cli = Cli::parse();
+    let failure = commands::failure_code(&cli.command);
+    match commands::execute(cli) {
         Ok(Outcome::Complete) => ExitCode::SUCCESS,
+        Ok(Outcome::NotMet) => ExitCode::FAILURE,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => {
             eprintln!("struna: {}", message(&error));
-            ExitCode::FAILURE
+            ExitCode::from(failure)
         }
     }
 }

@@ -7,6 +7,7 @@ mod frame;
 mod gyro;
 mod hil;
 mod run;
+mod validate;
 
 pub use emulate::Emulate;
 pub use faults::{EventCount, FaultSuite, Faults};
@@ -15,6 +16,7 @@ pub use frame::{Baud, Decode, Frame, FrameLint, FrameSniff};
 pub use gyro::{Characterize, Gyro, GyroShow};
 pub use hil::{Hil, Ports};
 pub use run::{Compare, Demo, Run, Truth};
+pub use validate::{Validate, ValidateSuite};
 
 use clap::{Parser, Subcommand};
 
@@ -100,6 +102,16 @@ that is unplugged is opened again when it comes back. Ctrl-C ends the run; what 
 Everything is simulated: three streams, 25 faults, 11 detectors; one seed makes one table.
 docs/faults.md explains faults, detectors and limits.")]
     Faults(Faults),
+    /// Tell with statistics how far each estimator can be trusted
+    #[command(after_help = "Examples:
+  struna validate
+  struna validate --suite kicks --runs 50
+  struna validate --suite all --out out/validation --threads 8
+
+Everything is simulated; one seed makes the same rows on any number of threads. Exit code 0 when
+nothing failed, 1 when a requirement is not met, 2 when the campaign could not be run or written.
+What too few runs leave undecided is no failure. docs/validate.md explains suites and verdicts.")]
+    Validate(Validate),
     /// Build or list the FMUs
     #[command(
         subcommand,

@@ -16,6 +16,7 @@ mod run;
 mod screen;
 mod sniff;
 mod truth;
+mod validate;
 
 use crate::cli::{Cli, Command};
 use crate::scenario::Scenario;
@@ -30,6 +31,14 @@ pub enum Outcome {
     Complete,
     /// Stopped by Ctrl-C, with what there was written.
     Interrupted,
+    /// As asked, with the answer that something required does not hold.
+    NotMet,
+}
+
+/// Exit code of a command that could not do its work: 1, or 2 where 1 is an answer.
+#[must_use]
+pub fn failure_code(command: &Command) -> u8 {
+    if matches!(command, Command::Validate(_)) { 2 } else { 1 }
 }
 
 /// The scenario of `struna demo`.
@@ -62,6 +71,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Hil(args) => hil::execute(&args),
         Command::Ports(args) => ports::execute(&args),
         Command::Faults(args) => faults::execute(&args),
+        Command::Validate(args) => validate::execute(&args),
         Command::Fmu(command) => fmu::execute(command),
         Command::Gyro(command) => gyro::execute(&command),
         Command::Frame(command) => frame::execute(&command),

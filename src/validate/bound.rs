@@ -1,0 +1,151 @@
+//! The least error that any filter can have: the covariance recursion along the true trajectory.
+
+use super::contestant::TrueState;
+use super::row::{Column, Row};
+use super::torsion::STEP_S;
+use struna_estimator::AugmentedConfig;
+use struna_kernel::RAD_PER_DEG;
+
+/// Covariance of (φ, φ′, Ω², 2ζΩ, b) in rad and s, linearised where the body truly is: another form
+/// than the filter's, whose states are chosen for their linearity and whose place is its belief.
+///
+/// It is the bound for a filter that is told the same prior and the same noise. A true start rate
+/// of exactly zero, of which the prior knows only that it is small, leaves filters a little better
+/// than it.
+///
+/// # Source
+/// The recursion for the posterior Cramér-Rao bound of Tichavský, Muravchik and Nehorai (1998),
+/// evaluated on single trajectories and averaged over runs.
+#[derive(Debug, Clone)]
+pub(super) struct Bound {
+    p: [[f64; 5]; 5],
+    r: f64,
+    q_step: f64,
+    bias_step: f64,
+    half_from: u32,
+    sums: (f64, f64),
+    counted: u32,
+}
+
+impl Bound {
+    /// The recursion at the start of a run of `samples` measurements.
+    #[must_use]
+    pub(super) fn new(config: &AugmentedConfig, samples: u32) -> Self {
+        let start = &config.start;
+        let omega = std::f64::consts::TAU / start.period_s;
+        let sigma = [
+            start.angle_sigma_rad,
+            start.rate_sigma_rad_s,
+            2.0 * omega * omega * start.period_sigma_s / start.period_s,
+            2.0 * omega * start.damping_ratio_sigma,
+            start.bias_sigma_rad_s,
+        ];
+        let mut p = [[0.0; 5]; 5];
+        for (i, sigma) in sigma.iter().enumerate() {
+            p[i][i] = sigma * sigma;
+        }
+        Self {
+            p,
+            r: config.measurement_variance_rad2_s2,
+            q_step: config.process_noise_rad2_s3 * STEP_S,
+            bias_step: config.bias_walk_rad2_s3 * STEP_S,
+            half_from: samples / 2,
+            sums: (0.0, 0.0),
+            counted: 0,
+        }
+    }
+
+    /// Goes from the truth at the sample before to sample `k`, and takes its measurement in.
+    pub(super) fn step(&mut self, k: u32, before: &TrueState) {
+        self.predict(before);
+        self.update();
+        if k > self.half_from {
+            self.sums.0 += self.p[0][0];
+            self.sums.1 += self.p[1][1];
+            self.counted += 1;
+        }
+    }
+
+    /// P ← F·P·Fᵀ + Q with two terms of F's exponential: the third is (Ω·h)³ = 2e-12. Only two rows
+    /// of F differ from the identity's.
+    fn predict(&mut self, at: &TrueState) {
+        let (h, h2) = (STEP_S, 0.5 * STEP_S * STEP_S);
+        let TrueState { angle_rad, rate_rad_s, s, d, .. } = *at;
+        let slope = [-s, -d, -angle_rad, -rate_rad_s, 0.0];
+        let mut to_angle = slope.map(|a| h2 * a);
+        let mut to_rate = slope.map(|a| (h - h2 * d) * a);
+        to_angle[0] += 1.0;
+        to_angle[1] += h;
+        to_rate[1] += 1.0 - h2 * s;
+        let p = &mut self.p;
+        let along = |f: &[f64; 5], column: [f64; 5]| (0..5).map(|i| f[i] * column[i]).sum::<f64>();
+        for j in 0..5 {
+            let column = std::array::from_fn(|i| p[i][j]);
+            (p[0][j], p[1][j]) = (along(&to_angle, column), along(&to_rate, column));
+        }
+        for row in p.iter_mut() {
+            let cells = *row;
+            (row[0], row[1]) = (along(&to_angle, cells), along(&to_rate, cells));
+        }
+        p[1][1] += self.q_step;
+        p[4][4] += self.bias_step;
+    }
+
+    /// P ← P − P·h·hᵀ·P/S with h = (0, 1, 0, 0, 1), kept symmetric.
+    fn update(&mut self) {
+        let p = &mut self.p;
+        let column: [f64; 5] = std::array::from_fn(|i| p[i][1] + p[i][4]);
+        let spread = column[1] + column[4] + self.r;
+        for i in 0..5 {
+            for j in 0..=i {
+                let mean = 0.5 * (p[i][j] + p[j][i]) - column[i] * column[j] / spread;
+                (p[i][j], p[j][i]) = (mean, mean);
+            }
+        }
+    }
+
+    /// Writes the bound into a row of the same run.
+    pub(super) fn describe(&self, row: &mut Row) {
+        let rms_deg = |sum: f64| (sum / f64::from(self.counted.max(1))).sqrt() / RAD_PER_DEG;
+        row.set(Column::BoundAngleDeg, rms_deg(self.sums.0));
+        row.set(Column::BoundRateDegS, rms_deg(self.sums.1));
+        row.set(Column::BoundEndDeg, self.p[0][0].sqrt() / RAD_PER_DEG);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use struna_estimator::StartPrior;
+
+    /// With all parameters known and t much shorter than a period the angle follows from the
+    /// acceleration alone: σ = √(12·R·h/t³)/Ω².
+    #[test]
+    fn early_in_a_period_the_angle_is_known_from_the_acceleration() {
+        let r = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
+        let start = StartPrior {
+            angle_sigma_rad: 100.0 * RAD_PER_DEG,
+            period_sigma_s: 0.0,
+            damping_ratio_sigma: 0.0,
+            bias_sigma_rad_s: 1.0,
+            rate_sigma_rad_s: 1.0,
+            ..StartPrior::released(0.0, 480.0)
+        };
+        let config = AugmentedConfig {
+            process_noise_rad2_s3: 0.0,
+            bias_walk_rad2_s3: 0.0,
+            ..AugmentedConfig::quiet(start, r)
+        };
+        let mut bound = Bound::new(&config, 864);
+        let s = (std::f64::consts::TAU / 480.0_f64).powi(2);
+        let at = TrueState { angle_rad: 6.28, rate_rad_s: 0.0, s, d: 0.0, bias_rad_s: 0.0 };
+        for k in 1..=864 {
+            bound.step(k, &at);
+        }
+        // Rate and bias unknown are one unknown constant, and the prior of 100° counts, too.
+        let slope = (12.0 * r * STEP_S / 8.64_f64.powi(3)).sqrt() / s;
+        let expected = (slope.powi(-2) + start.angle_sigma_rad.powi(-2)).powf(-0.5);
+        let found = bound.p[0][0].sqrt();
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} for {expected}");
+    }
+}
