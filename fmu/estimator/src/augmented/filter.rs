@@ -313,6 +313,7 @@ impl AugmentedFilter {
         Ok(())
     }
 
+    /// Whether a gyro of this range would have spoilt the sample, by what was expected of it.
     pub(crate) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
         self.model.is_over_range(rate_rad_s, residual_rad_s)
     }

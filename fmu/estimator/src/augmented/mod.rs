@@ -18,11 +18,11 @@ pub(crate) mod watch;
 pub(crate) mod windows;
 
 pub use alarm::Alarm;
-pub(crate) use state::{Densities, State};
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
 pub(crate) use history::WAY_BACK_MAX;
 pub(crate) use pass::{Bounds, Link, Trace};
+pub(crate) use state::{Densities, State};
 pub use tested::TestedFilter;
 pub use windows::InnovationTest;
 pub(crate) use windows::{CLIP, GATE, LENGTHS};

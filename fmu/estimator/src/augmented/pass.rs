@@ -144,11 +144,6 @@ impl AugmentedFilter {
         Bounds { s: self.model.s_bounds, d: self.model.d_bounds }
     }
 
-    /// Whether a gyro of this range would have spoilt the sample, by what was expected of it.
-    pub(crate) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
-        self.model.is_over_range(rate_rad_s, residual_rad_s)
-    }
-
     /// The model's step from the end of one trace to before the measurement of the next.
     pub(crate) fn link(&self, from: &Trace, to: &Trace) -> Link {
         let q = self.model.densities();
