@@ -24,6 +24,9 @@ pub struct Filter<M> {
     /// Transition of the last span: spans repeat, and sines are dear. Not part of the state, for
     /// it follows from the span.
     cached: (f64, Transition),
+    /// And of the last span that was another one. A period that is no whole number of nanoseconds
+    /// is told in two lengths by turns.
+    cached_before: (f64, Transition),
 }
 
 /// All that evolves.
@@ -84,6 +87,7 @@ impl<M: Motion> Filter<M> {
                 added: Covariance::ZERO,
             },
             cached,
+            cached_before: cached,
         })
     }
 
@@ -130,8 +134,11 @@ impl<M: Motion> Filter<M> {
     /// Kept out of line, so that what happens in every step is short enough to be inlined.
     #[cold]
     fn cache_transition(&mut self, span_s: f64) -> Result<(), EstimatorError> {
-        check_span(span_s)?;
-        self.cached = (span_s, self.motion.transition(span_s));
+        core::mem::swap(&mut self.cached, &mut self.cached_before);
+        if self.cached.0.to_bits() != span_s.to_bits() {
+            check_span(span_s)?;
+            self.cached = (span_s, self.motion.transition(span_s));
+        }
         Ok(())
     }
 
