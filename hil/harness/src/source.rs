@@ -1,6 +1,5 @@
 //! Where the motion comes from: the body model, or a recording.
 
-use nalgebra::Vector3;
 use struna_body::{BodyError, Mounting, TruthMotion};
 use struna_kernel::{BodyMotion, SimTime};
 
@@ -88,16 +87,12 @@ impl MotionSource for BodySource {
 }
 
 impl BodySource {
-    /// Specific force at the gyro in its case: the third axis is the input axis, the first stays
-    /// in the plane of the body's x and z, as the mounting's rotations leave it.
+    /// Specific force at the gyro along the axes of its case.
     fn specific_force_s_m_s2(&self, motion: &BodyMotion) -> [f64; 3] {
         let body = self.truth.body();
         let (suspension_b_m, gravity_m_s2) = (body.suspension_b_m(), body.params().gravity_m_s2);
         let force_b = self.mounting.specific_force_b_m_s2(motion, &suspension_b_m, gravity_m_s2);
-        let z_b = self.mounting.input_axis_b().into_inner();
-        // Turned by at most 45 degrees about each axis, z keeps a part in that plane.
-        let x_b = Vector3::new(z_b.z, 0.0, -z_b.x).normalize();
-        [force_b.dot(&x_b), force_b.dot(&z_b.cross(&x_b)), force_b.dot(&z_b)]
+        self.mounting.case_axes_b().map(|axis_b| force_b.dot(&axis_b))
     }
 }
 

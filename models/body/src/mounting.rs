@@ -7,13 +7,15 @@ use struna_kernel::{BodyMotion, Bound, ParameterError};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mounting {
     input_axis_b: Unit<Vector3<f64>>,
+    /// See [`Self::case_axes_b`]; they do not change, and every sample asks for them.
+    case_axes_b: [Vector3<f64>; 3],
     position_b_m: Vector3<f64>,
 }
 
 impl Default for Mounting {
     /// On the body's z axis, at the point that the string holds.
     fn default() -> Self {
-        Self { input_axis_b: Vector3::z_axis(), position_b_m: Vector3::zeros() }
+        Self::along(Vector3::z_axis(), Vector3::zeros())
     }
 }
 
@@ -39,8 +41,21 @@ impl Mounting {
         let (sin_x, cos_x) = misalignment_rad[0].sin_cos();
         let (sin_y, cos_y) = misalignment_rad[1].sin_cos();
         let axis = Vector3::new(sin_y * cos_x, -sin_x, cos_y * cos_x);
-        let input_axis_b = Unit::new_normalize(axis);
-        Ok(Self { input_axis_b, position_b_m: position_b_m.into() })
+        Ok(Self::along(Unit::new_normalize(axis), position_b_m.into()))
+    }
+
+    fn along(input_axis_b: Unit<Vector3<f64>>, position_b_m: Vector3<f64>) -> Self {
+        let z_b = input_axis_b.into_inner();
+        // Turned by at most 45 degrees about each axis, z keeps a part in that plane.
+        let x_b = Vector3::new(z_b.z, 0.0, -z_b.x).normalize();
+        Self { input_axis_b, case_axes_b: [x_b, z_b.cross(&x_b), z_b], position_b_m }
+    }
+
+    /// Axes of the gyro's case, body components: the third is the input axis, the first stays in
+    /// the plane of the body's x and z, as the mounting's rotations leave it.
+    #[must_use]
+    pub fn case_axes_b(&self) -> &[Vector3<f64>; 3] {
+        &self.case_axes_b
     }
 
     /// Direction of positive measured rate, body components.
