@@ -20,15 +20,37 @@ const _: () = assert!(SAMPLES.is_power_of_two());
 const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING <= SAMPLES);
 const _: () = assert!(LENGTH_MAX * 3 / 2 + SNAPSHOT_SPACING <= SNAPSHOTS * SNAPSHOT_SPACING);
 
+/// A state of a filter, as far as a history needs to know it.
+pub(crate) trait Snapshot: Copy {
+    /// Bytes that [`write`](Self::write) writes.
+    const SAVED_LEN: usize;
+
+    fn write(&self, out: &mut Writer<'_>);
+
+    fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError>;
+}
+
+impl Snapshot for State {
+    const SAVED_LEN: usize = Self::SAVED_LEN;
+
+    fn write(&self, out: &mut Writer<'_>) {
+        self.write(out);
+    }
+
+    fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
+        Self::read(bytes)
+    }
+}
+
 /// One measurement, as it came.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     /// Seconds since the measurement before.
-    pub(super) span_s: f64,
+    pub(crate) span_s: f64,
     /// None when it was over range.
-    pub(super) rate_rad_s: Option<f64>,
+    pub(crate) rate_rad_s: Option<f64>,
     /// Measured minus expected rate when it came, rad/s.
-    pub(super) residual_rad_s: f64,
+    pub(crate) residual_rad_s: f64,
 }
 
 /// Rings of samples, sums of clipped innovations, and snapshots of the state; allocated once.
@@ -36,11 +58,11 @@ pub(super) struct Sample {
 /// Samples are numbered from 1; number 0 is the start. Snapshots lie at the last reset and every
 /// ten samples from it.
 #[derive(Debug, Clone)]
-pub(super) struct History {
+pub(crate) struct HistoryOf<S> {
     samples: Box<[Sample]>,
     /// Sum of the clipped innovations since the last reset, after each sample.
     sums: Box<[f64]>,
-    snapshots: Box<[State]>,
+    snapshots: Box<[S]>,
     /// Number of the last sample.
     last: u64,
     /// Number of the sample at which the sums were last reset.
@@ -48,6 +70,9 @@ pub(super) struct History {
     /// Samples until the next snapshot.
     until_snapshot: u64,
 }
+
+/// The history of the five-state filter.
+pub(super) type History = HistoryOf<State>;
 
 #[expect(clippy::cast_possible_truncation, reason = "the mask keeps it below SAMPLES")]
 #[inline(always)]
@@ -60,8 +85,8 @@ const fn snapshot_place(k: u64) -> usize {
     (k % SNAPSHOTS as u64) as usize
 }
 
-impl History {
-    pub(super) fn new(start: State) -> Self {
+impl<S: Snapshot> HistoryOf<S> {
+    pub(crate) fn new(start: S) -> Self {
         let none = Sample { span_s: 0.0, rate_rad_s: None, residual_rad_s: 0.0 };
         Self {
             samples: vec![none; SAMPLES].into_boxed_slice(),
@@ -75,7 +100,7 @@ impl History {
 
     /// Adds a sample with its clipped normalised innovation, and the state after it.
     #[inline(always)]
-    pub(super) fn push(&mut self, sample: Sample, clipped: f64, state: &State) {
+    pub(crate) fn push(&mut self, sample: Sample, clipped: f64, state: &S) {
         let sum = self.sums[place(self.last)] + clipped;
         self.last += 1;
         let place = place(self.last);
@@ -88,25 +113,25 @@ impl History {
     }
 
     #[inline(never)]
-    fn keep_snapshot(&mut self, state: &State) {
+    fn keep_snapshot(&mut self, state: &S) {
         self.until_snapshot = SNAPSHOT_EVERY;
         self.snapshots[snapshot_place((self.last - self.reset) / SNAPSHOT_EVERY)] = *state;
     }
 
     /// Samples since the last reset, those that no window reaches left out.
     #[inline(always)]
-    pub(super) fn reach(&self) -> usize {
+    pub(crate) fn reach(&self) -> usize {
         usize::try_from(self.last - self.reset).map_or(LENGTH_MAX, |n| n.min(LENGTH_MAX))
     }
 
     /// Sum of the clipped innovations of the last `length` samples.
     #[inline(always)]
-    pub(super) fn sum_over(&self, length: usize) -> f64 {
+    pub(crate) fn sum_over(&self, length: usize) -> f64 {
         self.sums[place(self.last)] - self.sums[place(self.last.wrapping_sub(length as u64))]
     }
 
     /// Mean residual of the last `length` samples, rad/s.
-    pub(super) fn mean_residual_rad_s(&self, length: usize) -> f64 {
+    pub(crate) fn mean_residual_rad_s(&self, length: usize) -> f64 {
         let first = self.last + 1 - length as u64;
         let sum: f64 = (first..=self.last).map(|k| self.samples[place(k)].residual_rad_s).sum();
         sum / length as f64
@@ -114,7 +139,7 @@ impl History {
 
     /// Where to start again when a window of `length` samples has raised the alarm: the state of a
     /// snapshot, and how many samples have come since.
-    pub(super) fn way_back(&self, length: usize) -> (State, u64) {
+    pub(crate) fn way_back(&self, length: usize) -> (S, u64) {
         let length = length as u64;
         let back = length + LEAD_MIN.max(length / 2);
         let wanted = (self.last - self.reset).saturating_sub(back) / SNAPSHOT_EVERY;
@@ -123,21 +148,21 @@ impl History {
     }
 
     /// The last `count` samples, oldest first.
-    pub(super) fn latest(&self, count: u64) -> impl Iterator<Item = &Sample> {
+    pub(crate) fn latest(&self, count: u64) -> impl Iterator<Item = &Sample> {
         (self.last + 1 - count..=self.last).map(|k| &self.samples[place(k)])
     }
 
     /// Forgets all before now: windows start afresh, and `state` is the first snapshot.
-    pub(super) fn reset(&mut self, state: &State) {
+    pub(crate) fn reset(&mut self, state: &S) {
         self.reset = self.last;
         self.sums[place(self.last)] = 0.0;
         self.until_snapshot = SNAPSHOT_EVERY;
         self.snapshots[0] = *state;
     }
 
-    pub(super) const SAVED_LEN: usize = SAMPLES * 4 * 8 + SNAPSHOTS * State::SAVED_LEN + 3 * 8;
+    pub(crate) const SAVED_LEN: usize = SAMPLES * 4 * 8 + SNAPSHOTS * S::SAVED_LEN + 3 * 8;
 
-    pub(super) fn write(&self, out: &mut Writer<'_>) {
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
         for (sample, sum) in self.samples.iter().zip(&self.sums) {
             out.f64(sample.span_s);
             // No measured rate is as large: its residual could not be squared.
@@ -154,7 +179,7 @@ impl History {
     }
 
     /// Reads everything before it takes over anything.
-    pub(super) fn read(bytes: &mut Reader<'_>, start: State) -> Result<Self, RestoreError> {
+    pub(crate) fn read(bytes: &mut Reader<'_>, start: S) -> Result<Self, RestoreError> {
         let mut history = Self::new(start);
         for (sample, sum) in history.samples.iter_mut().zip(&mut history.sums) {
             sample.span_s = bytes.finite("span_s")?;
@@ -164,7 +189,7 @@ impl History {
             *sum = bytes.finite("sum of innovations")?;
         }
         for snapshot in &mut history.snapshots {
-            *snapshot = State::read(bytes)?;
+            *snapshot = S::read(bytes)?;
         }
         history.last = bytes.u64();
         history.reset = bytes.u64();

@@ -8,12 +8,12 @@
 
 mod config;
 mod filter;
-mod history;
+pub(crate) mod history;
 mod state;
 mod tested;
 mod transition;
-mod watch;
-mod windows;
+pub(crate) mod watch;
+pub(crate) mod windows;
 
 pub use config::{AugmentedConfig, GyroRange, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};

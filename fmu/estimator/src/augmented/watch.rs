@@ -14,7 +14,7 @@ const ALARMS_MAX: usize = 3;
 
 /// Watches the innovations for the status; not part of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Watch {
+pub(crate) struct Watch {
     elapsed_s: f64,
     /// Times of the last alarms, in a ring.
     alarms_s: [f64; ALARMS_MAX + 1],
@@ -29,7 +29,7 @@ pub(super) struct Watch {
 impl Watch {
     /// A measurement that was taken in, with its normalised innovation squared unless gated.
     #[inline(always)]
-    pub(super) fn used(&mut self, span_s: f64, nis: Option<f64>) {
+    pub(crate) fn used(&mut self, span_s: f64, nis: Option<f64>) {
         self.elapsed_s += span_s;
         self.over_range_s = 0.0;
         if let Some(nis) = nis {
@@ -49,12 +49,12 @@ impl Watch {
         (self.block_sum, self.block_count) = (0.0, 0);
     }
 
-    pub(super) fn over_range(&mut self, span_s: f64) {
+    pub(crate) fn over_range(&mut self, span_s: f64) {
         self.elapsed_s += span_s;
         self.over_range_s += span_s;
     }
 
-    pub(super) fn alarm(&mut self) {
+    pub(crate) fn alarm(&mut self) {
         self.alarms_s[self.ring_place()] = self.elapsed_s;
         self.alarms += 1;
         // The block holds innovations of the belief that was given up.
@@ -66,7 +66,7 @@ impl Watch {
         usize::try_from(self.alarms % self.alarms_s.len() as u64).unwrap_or(0)
     }
 
-    pub(super) fn alarms(&self) -> u64 {
+    pub(crate) fn alarms(&self) -> u64 {
         self.alarms
     }
 
@@ -87,7 +87,7 @@ impl Watch {
             && self.elapsed_s - self.alarms_s[self.ring_place()] < 0.5 * period_s
     }
 
-    pub(super) fn status(&self, angle_variance: f64, period_s: f64, at_bound: bool) -> Status {
+    pub(crate) fn status(&self, angle_variance: f64, period_s: f64, at_bound: bool) -> Status {
         if is_unseen(angle_variance) || at_bound || self.over_range_s > OVER_RANGE_MAX_S {
             return Status::NotObservable;
         }
@@ -100,9 +100,9 @@ impl Watch {
         }
     }
 
-    pub(super) const SAVED_LEN: usize = 8 * (1 + ALARMS_MAX + 1 + 1 + 2 + 1 + 1) + 4;
+    pub(crate) const SAVED_LEN: usize = 8 * (1 + ALARMS_MAX + 1 + 1 + 2 + 1 + 1) + 4;
 
-    pub(super) fn write(&self, out: &mut Writer<'_>) {
+    pub(crate) fn write(&self, out: &mut Writer<'_>) {
         out.f64(self.elapsed_s);
         for alarm_s in self.alarms_s {
             out.f64(alarm_s);
@@ -115,7 +115,7 @@ impl Watch {
         out.f64(self.over_range_s);
     }
 
-    pub(super) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
+    pub(crate) fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
         let mut watch = Self { elapsed_s: bytes.finite("elapsed_s")?, ..Self::default() };
         for alarm_s in &mut watch.alarms_s {
             *alarm_s = bytes.finite("alarm time")?;

@@ -150,7 +150,7 @@ pub struct SwingMotion {
     gravity_m_s2: f64,
     /// Torque of the air at the nominal decay over the rate, N·m·s/rad.
     air_n_m_s_rad: f64,
-    step_max_s: f64,
+    swing_rad_s: f64,
 }
 
 impl SwingMotion {
@@ -164,14 +164,29 @@ impl SwingMotion {
             inertia_kg_m2: body.inertia_kg_m2,
             gravity_m_s2: body.gravity_m_s2,
             air_n_m_s_rad: body.swing_damping_1_s * (a + b),
-            step_max_s: STEP_PHASE_MAX_RAD / body.swing_frequency_rad_s(),
+            swing_rad_s: body.swing_frequency_rad_s(),
         }
     }
 
     /// The longest step that follows the swing, s. 15 ms for a body that swings at 1.6 Hz.
     #[must_use]
     pub fn step_max_s(&self) -> f64 {
-        self.step_max_s
+        STEP_PHASE_MAX_RAD / self.swing_rad_s
+    }
+
+    /// Largest angle θ of the swing that the body is in, rad, for a small swing: the larger half
+    /// axis of the ellipse that its axis goes along.
+    #[must_use]
+    #[inline]
+    pub fn amplitude_rad(&self, state: &MotionState) -> f64 {
+        let ([x, y], [p, q, _]) = (state.e, state.omega_rad_s);
+        // The vertical leans at the rates (−q, p), a quarter of a swing ahead of itself.
+        let (ahead_x, ahead_y) = (-q / self.swing_rad_s, p / self.swing_rad_s);
+        let squares = x * x + y * y + ahead_x * ahead_x + ahead_y * ahead_y;
+        let area = x * ahead_y - y * ahead_x;
+        let spread = (squares * squares - 4.0 * area * area).max(0.0);
+        let major2 = 0.5 * (squares + libm::sqrt(spread));
+        libm::asin(libm::sqrt(major2).min(1.0))
     }
 
     /// Steps of equal length, none longer than [`step_max_s`](Self::step_max_s), that `span_s`
@@ -184,7 +199,7 @@ impl SwingMotion {
     )]
     pub fn steps_in(&self, span_s: f64) -> u32 {
         // A hair more than one step, as 0.01·k − 0.01·(k − 1) may be, is one step.
-        let steps = libm::ceil(span_s / self.step_max_s - 1e-9);
+        let steps = libm::ceil(span_s / self.step_max_s() - 1e-9);
         steps.clamp(1.0, 2_147_483_648.0) as u32
     }
 }

@@ -142,14 +142,9 @@ impl SwingMotion {
         span_s: f64,
         tangents: &mut Tangents,
     ) -> Result<MotionState, EstimatorError> {
-        check_span(span_s)?;
-        let steps = self.steps_in(span_s);
+        let steps = self.steps_within_limit(span_s)?;
         if steps == 1 {
             return self.step_with_tangents(state, parameters, span_s, tangents);
-        }
-        if steps > STEPS_MAX {
-            let limit_s = f64::from(STEPS_MAX) * self.step_max_s();
-            return Err(EstimatorError::SpanTooLong { span_s, limit_s });
         }
         let (mut state, mut carried) = (*state, *tangents);
         let step_s = span_s / f64::from(steps);
@@ -158,6 +153,18 @@ impl SwingMotion {
         }
         *tangents = carried;
         Ok(state)
+    }
+
+    /// [`steps_in`](Self::steps_in) a span that is one and not too long.
+    #[inline(always)]
+    pub(crate) fn steps_within_limit(&self, span_s: f64) -> Result<u32, EstimatorError> {
+        check_span(span_s)?;
+        let steps = self.steps_in(span_s);
+        if steps > STEPS_MAX {
+            let limit_s = f64::from(STEPS_MAX) * self.step_max_s();
+            return Err(EstimatorError::SpanTooLong { span_s, limit_s });
+        }
+        Ok(steps)
     }
 }
 
