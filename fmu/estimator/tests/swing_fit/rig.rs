@@ -115,14 +115,14 @@ impl Run {
     /// How far a fit is off at the end of its window.
     pub(crate) fn error(&self, fit: &AcceptedFit) -> Error {
         let truth = self.truth[usize::try_from(fit.samples).unwrap() - 1];
-        let state: [f64; 6] = std::array::from_fn(|i| fit.mean[i]);
+        let state: [f64; 6] = std::array::from_fn(|i| fit.belief.mean[i]);
         let (rate, by) = MotionState::from_entries(state).twist_rate_rad_s().unwrap();
         let variance: f64 = (0..6)
             .flat_map(|i| (0..6).map(move |j| (i, j)))
-            .map(|(i, j)| by[i] * fit.covariance[i][j] * by[j])
+            .map(|(i, j)| by[i] * fit.belief.covariance[i][j] * by[j])
             .sum();
         Error {
-            twist_sigmas: (fit.mean[2] - truth.twist_rad).abs() / fit.covariance[2][2].sqrt(),
+            twist_sigmas: (fit.belief.mean[2] - truth.twist_rad).abs() / fit.belief.covariance[2][2].sqrt(),
             rate_sigmas: (rate - truth.twist_rate_rad_s).abs() / variance.sqrt(),
         }
     }

@@ -7,6 +7,7 @@ use super::outcome::Rejection;
 use super::plan::{COST_MAX, COST_UNDECIDED, LEFTOVER_MEAN_MAX, LEFTOVER_SQUARE_MAX, TWIST_APART};
 use super::problem::{Problem, TWIST};
 use super::residuals::Leftover;
+use crate::swing::SwingBelief;
 
 /// What the last window came to, before it is judged.
 #[derive(Debug, Clone, Copy)]
@@ -48,8 +49,7 @@ impl Verdict<'_> {
         self.check_alone(mean_now[TWIST], libm::sqrt(covariance[TWIST][TWIST]))?;
         Ok(AcceptedFit {
             samples,
-            mean: mean_now,
-            covariance,
+            belief: SwingBelief { mean: mean_now, covariance },
             cost_per_sample,
             leftover_mean: mean,
             leftover_square: square,
