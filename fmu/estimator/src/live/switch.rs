@@ -44,10 +44,22 @@ impl LiveEstimator {
         };
     }
 
-    /// Largest swing of late, or what may be at most where it cannot be measured, rad.
+    /// Swing that the fallback reckons with, rad.
+    ///
+    /// What leaks into the rate is the swing about one axis. Until the body has had time to turn
+    /// by a quarter, and where the leak has no scale, it is what the operator lets happen.
     fn swing_size_rad(&self) -> f64 {
         let declared_rad = self.setup.swing_max_rad;
-        self.eye.swing_rad().map_or(declared_rad, |(_, largest_rad)| largest_rad.min(SWING_MAX_RAD))
+        let size_rad = match self.eye.swing_rad() {
+            None => declared_rad,
+            Some((_, largest_rad)) if self.clock.away_s > self.quarter_s() => largest_rad,
+            Some((_, largest_rad)) => largest_rad.max(declared_rad),
+        };
+        size_rad.min(SWING_MAX_RAD)
+    }
+
+    fn quarter_s(&self) -> f64 {
+        0.25 * self.setup.torsion.start.period_s
     }
 
     /// The phase after a sample without swing.
@@ -77,6 +89,13 @@ impl LiveEstimator {
         let seems = lead > YIELD_LEAD && open && !self.eye.is_suspicious();
         clock.yields_s = if seems { clock.yields_s + span_s } else { 0.0 };
         clock.yields = clock.yields_s > YIELD_DELAY_S;
+    }
+
+    /// Whether a thread that yields explains the record far better, though the test for kicks has
+    /// been content since it last fired. A small blow may look like that, and so does a thread
+    /// that has only slipped one way: what is claimed may be wrong.
+    pub(super) fn is_thread_suspect(&self) -> bool {
+        self.torsion.alarms() > 0 && self.bank.yield_lead() > YIELD_LEAD
     }
 
     /// A swing has been seen: the fallback takes over from before it began.
