@@ -48,15 +48,13 @@ pub(super) fn torsion_of(belief: &SwingBelief) -> Result<State, EstimatorError> 
     let covariance = &belief.covariance;
     let shared = SHARED.map(|row| SHARED.map(|column| covariance[row][column]));
     // Rows of the Jacobian of (α, ω, s, d, b): only that of α is not the identity's.
-    let by_twist_and_s = |column: usize| -s * shared[0][column] - twist * shared[2][column];
+    let with: [f64; 5] =
+        core::array::from_fn(|column| -s * shared[0][column] - twist * shared[2][column]);
     let mut rows = shared;
-    for column in 1..5 {
-        rows[0][column] = by_twist_and_s(column);
-        rows[column][0] = rows[0][column];
-    }
-    rows[0][0] = -s * by_twist_and_s(0) - twist * by_twist_and_s(2);
-    // What a filter of pure torsion makes of it would be no oscillation otherwise.
-    if !(s > 0.0) {
+    rows[0] = with;
+    rows[0][0] = -s * with[0] - twist * with[2];
+    // Without a spring a filter of pure torsion has no angle.
+    if s.is_nan() || s <= 0.0 {
         return Err(EstimatorError::Overflow);
     }
     in_range(rows.iter().flatten().sum())?;
