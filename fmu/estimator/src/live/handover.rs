@@ -2,23 +2,11 @@
 
 use crate::augmented::State;
 use crate::checks::in_range;
-use crate::swing::{AcceptedFit, SWING_STATES, SwingBelief, SwingConfig};
+use crate::swing::{SWING_STATES, SwingBelief, SwingConfig};
 use crate::{EstimatorError, StartPrior};
 
 /// Places of twist, rate about the axis, Ω², 2ζΩ and bias among the states of the swinging body.
 const SHARED: [usize; 5] = [2, 5, 6, 7, 11];
-/// Where the filter's states stand among the unknowns of the fit, which puts the scale of the
-/// swing's decay last.
-const FITTED: [usize; SWING_STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 13, 10, 11, 12];
-
-/// What an accepted fit believes, in the order of the filter's states.
-pub(super) fn belief_of(fit: &AcceptedFit) -> SwingBelief {
-    SwingBelief {
-        mean: FITTED.map(|place| fit.mean[place]),
-        covariance: FITTED.map(|row| FITTED.map(|column| fit.covariance[row][column])),
-    }
-}
-
 /// What is believed of a body that may or may not swing: somewhere to keep a filter ready.
 pub(super) fn ready_of(config: &SwingConfig) -> SwingBelief {
     let start = &config.start;
