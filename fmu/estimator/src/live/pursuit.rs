@@ -98,7 +98,7 @@ impl Pursuit {
     /// Samples that `sample` stands for on the grid of the fit.
     fn places(&self, number: u64, sample: Sample) -> u64 {
         // What went missing before the first sample is not part of the record.
-        if number == self.first { 1 } else { 1 + missed(sample.span_s, self.period_s) }
+        if number == self.first { 1 } else { 1 + missed(sample.span_s, self.period_s) as u64 }
     }
 
     fn give(&mut self, number: u64, sample: Sample) {

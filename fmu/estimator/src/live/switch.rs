@@ -7,7 +7,7 @@ use super::pursuit::{News, Pursuit};
 use super::tape::{Anchors, Sample};
 use crate::augmented::State;
 use crate::hysteresis::HysteresisBank;
-use crate::swing::{SWING_PRESENT_RAD, SwingFilter};
+use crate::swing::SwingFilter;
 use crate::{AugmentedConfig, EstimatorError, RateEstimator, StartPrior, Status};
 use alloc::boxed::Box;
 
@@ -19,8 +19,6 @@ const SWING_MAX_RAD: f64 = 1.5;
 const YIELD_LEAD: f64 = 10.0;
 /// How long a thread must seem to yield, s: so long a swing may look like that.
 const YIELD_DELAY_S: f64 = 5.2;
-/// Swing, as the filter that follows it believes, below which it is gone, rad.
-const GONE_RAD: f64 = 2.0 / 3.0 * SWING_PRESENT_RAD;
 /// How wrong the twist may be once the filter that followed the swing has lost it, rad.
 const LOST_RAD: f64 = 11.0 * DEG;
 
@@ -182,7 +180,7 @@ impl LiveEstimator {
     }
 
     fn after_following(&mut self, filter: Box<SwingFilter>) -> Phase {
-        if self.eye.is_calm() && filter.amplitude_rad() < GONE_RAD {
+        if self.eye.is_calm() && filter.amplitude_rad() < self.eye.gone_rad() {
             let state = torsion_of(&filter.swing_belief());
             self.spare = Some(filter);
             // What is no belief of a filter of pure torsion leaves the bound.
