@@ -56,7 +56,14 @@ fn row(swing_deg: f64, seed: u64, torsion_s: f64) -> Row {
     };
     let error = run.error(&fit);
     if error.twist_sigmas > 3.0 || fit.restarts > 0 {
-        println!("  {swing_deg} deg, seed {seed}: {error:?} {} {} {} {:?} {:?}", fit.cost_per_sample, fit.leftover_mean, fit.leftover_square, (fit.restarts, fit.dense), fit.belief.mean);
+        println!(
+            "  {swing_deg} deg, seed {seed}: {error:?} {} {} {} {:?} {:?}",
+            fit.cost_per_sample,
+            fit.leftover_mean,
+            fit.leftover_square,
+            (fit.restarts, fit.dense),
+            fit.belief.mean
+        );
         println!("{:?}", run.config.start);
     }
     let (twist_sigmas, rate_sigmas) = (error.twist_sigmas, error.rate_sigmas);
