@@ -8,8 +8,8 @@ use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use struna_estimator::{
-    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, InnovationTest, PlainIntegration,
-    RateEstimator, TestedFilter,
+    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, HysteresisBank, InnovationTest,
+    LiveConfig, LiveEstimator, PlainIntegration, RateEstimator, SwingConfig, TestedFilter,
 };
 use struna_harness::{DeviceUnderTest, FmuDevice, Parameter, ParameterValue};
 
@@ -58,6 +58,8 @@ pub fn estimator(kind: &EstimatorKind) -> Result<Box<dyn RateEstimator>> {
         }
         EstimatorKind::AugmentedTorsion(config) => Box::new(AugmentedFilter::new(config)?),
         EstimatorKind::TestedTorsion { config, test } => Box::new(TestedFilter::new(config, test)?),
+        EstimatorKind::HysteresisBank(config) => Box::new(HysteresisBank::new(config)?),
+        EstimatorKind::Live(config) => Box::new(LiveEstimator::new(config)?),
     })
 }
 
@@ -70,6 +72,8 @@ fn built(kind: &EstimatorKind, version: FmiVersion, folder: &Path) -> Result<Pat
         EstimatorKind::AugmentedTorsion(_) | EstimatorKind::TestedTorsion { .. } => {
             "AugmentedTorsion"
         }
+        EstimatorKind::HysteresisBank(_) => "HysteresisBank",
+        EstimatorKind::Live(_) => "LiveEstimator",
     };
     Ok(fmu::build(model, version, folder)?)
 }
@@ -92,9 +96,12 @@ fn parameters(kind: &EstimatorKind) -> Vec<Parameter> {
         }
         EstimatorKind::TestedTorsion { config, test } => {
             let mut parameters = augmented(config);
+            parameters.push(boolean("innovation_test", true));
             parameters.extend(tested(test));
             parameters
         }
+        EstimatorKind::HysteresisBank(config) => augmented(config),
+        EstimatorKind::Live(config) => live(config),
     }
 }
 
@@ -150,11 +157,47 @@ fn augmented(c: &AugmentedConfig) -> Vec<Parameter> {
     ]
 }
 
-fn tested(test: &InnovationTest) -> [Parameter; 4] {
+fn tested(test: &InnovationTest) -> [Parameter; 3] {
     [
-        boolean("innovation_test", true),
         float("test_false_alarms", test.false_alarms),
         integer("test_horizon_samples", test.horizon_samples),
         float("test_kick_floor_rad_s", test.kick_floor_rad_s),
+    ]
+}
+
+fn live(c: &LiveConfig) -> Vec<Parameter> {
+    // A count of 0 is none.
+    let (step_rad_s, raw_sigma_rad_s) =
+        c.quantiser.map_or((0.0, 0.0), |q| (q.step_rad_s, q.raw_sigma_rad_s));
+    let mut parameters = augmented(&c.torsion);
+    parameters.extend(tested(&c.test));
+    parameters.extend([
+        float("sample_period_s", c.sample_period_s),
+        float("gyro_count_rad_s", step_rad_s),
+        float("gyro_raw_sigma_rad_s", raw_sigma_rad_s),
+        float("swing_max_rad", c.swing_max_rad),
+        integer("fit_work_per_sample", c.work_per_sample),
+    ]);
+    parameters.extend(c.swing.iter().flat_map(swing));
+    parameters
+}
+
+/// What the estimator takes from elsewhere, start and noise, is not among it.
+fn swing(c: &SwingConfig) -> [Parameter; 12] {
+    let [x, y, z] = c.body.inertia_kg_m2;
+    let [towards_x_rad, towards_y_rad] = c.axis.tilt_b_rad;
+    [
+        float("body_mass_kg", c.body.mass_kg),
+        float("body_com_depth_m", c.body.com_depth_m),
+        float("body_inertia_x_kg_m2", x),
+        float("body_inertia_y_kg_m2", y),
+        float("body_inertia_z_kg_m2", z),
+        float("body_inertia_sigma", c.inertia_sigma),
+        float("body_swing_damping_1_s", c.body.swing_damping_1_s),
+        float("body_swing_damping_sigma", c.swing_damping_sigma),
+        float("gravity_m_s2", c.body.gravity_m_s2),
+        float("input_axis_x_rad", towards_x_rad),
+        float("input_axis_y_rad", towards_y_rad),
+        float("input_axis_sigma_rad", c.axis.tilt_sigma_rad),
     ]
 }

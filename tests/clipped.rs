@@ -67,7 +67,7 @@ fn an_fmu_is_told_of_clipping_as_an_estimator_in_process_is() {
         }
     }
     // The kind is what the test believes it to be.
-    let kind = scenario(RunAs::InProcess).estimators[0].kind;
+    let kind = scenario(RunAs::InProcess).estimators[0].kind.clone();
     let EstimatorKind::TestedTorsion { config, .. } = kind else { panic!("{kind:?}") };
     assert!(config.range.is_some_and(|range| range.margin_rad_s > 0.0));
 }

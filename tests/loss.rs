@@ -26,7 +26,9 @@ fn demo(run_as: &RunAs) -> Scenario {
                 config.process_noise_rad2_s3 = 1e-8;
             }
             EstimatorKind::AugmentedTorsion(config)
+            | EstimatorKind::HysteresisBank(config)
             | EstimatorKind::TestedTorsion { config, .. } => config.process_noise_rad2_s3 = 1e-8,
+            EstimatorKind::Live(config) => config.torsion.process_noise_rad2_s3 = 1e-8,
         }
     }
     scenario

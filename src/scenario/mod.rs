@@ -163,6 +163,8 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
     let source = source::source(root, folder)?;
     let gyro = gyro::gyro(root, &source, folder)?;
     let averaging_samples = averaging(root)?;
+    let output_period_s = averaging_samples as f64 / gyro.preset.params.sample_rate_hz;
+    let sampling = estimators::Sampling { averaging_samples, output_period_s };
     let scenario = Scenario {
         name,
         duration,
@@ -175,7 +177,7 @@ fn from_root(root: &Table<'_>, folder: &Path) -> Result<(Scenario, Option<PathBu
         line: LinePlan::of_frame(&frame),
         frame,
         averaging_samples,
-        estimators: estimators::estimators(&estimators, folder, averaging_samples)?,
+        estimators: estimators::estimators(&estimators, folder, sampling)?,
         faults: fault::plan(root)?,
     };
     Ok((scenario, frame_file))

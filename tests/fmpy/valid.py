@@ -14,7 +14,7 @@ assert problems == [], problems
 
 description = fmpy.read_model_description(fmu)
 units = {u.name for u in description.unitDefinitions} - {"1"}
-suffixes = {"_" + name.replace("/", "_"): name for name in units}
+suffixes = {"_" + name.replace("/", "_").replace(".", "_"): name for name in units}
 for variable in description.modelVariables:
     unit = variable.unit or (variable.declaredType and variable.declaredType.unit) or "1"
     if variable.causality == "independent":

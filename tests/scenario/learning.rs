@@ -15,7 +15,7 @@ fn with_estimator(lines: &str) -> String {
 fn kind_of(lines: &str) -> EstimatorKind {
     let text = with_estimator(lines);
     let scenario = Scenario::parse(&text, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"));
-    scenario.estimators[0].kind
+    scenario.estimators[0].kind.clone()
 }
 
 const LEAST: &str = "torsion_period_s = 480.0\nmeasurement_sigma_deg_s = 0.01";

@@ -32,6 +32,18 @@ impl Unit {
         quantity: "AngularAccelerationNoiseDensity",
         base: &[("s", -3), ("rad", 2)],
     };
+    /// Kilogram.
+    pub const KG: Self = Self { name: "kg", quantity: "Mass", base: &[("kg", 1)] };
+    /// Metre.
+    pub const M: Self = Self { name: "m", quantity: "Length", base: &[("m", 1)] };
+    /// Kilogram times square metre: moment of inertia.
+    pub const KG_M2: Self =
+        Self { name: "kg.m2", quantity: "MomentOfInertia", base: &[("kg", 1), ("m", 2)] };
+    /// Metre per second squared.
+    pub const M_S2: Self =
+        Self { name: "m/s2", quantity: "Acceleration", base: &[("m", 1), ("s", -2)] };
+    /// One per second: a decay.
+    pub const PER_S: Self = Self { name: "1/s", quantity: "DecayRate", base: &[("s", -1)] };
 
     /// The name in model descriptions, such as `rad/s`.
     #[must_use]
@@ -55,6 +67,9 @@ impl Unit {
     /// dimensionless ones.
     #[must_use]
     pub fn name_suffix(&self) -> String {
-        if *self == Self::ONE { String::new() } else { format!("_{}", self.name.replace('/', "_")) }
+        if *self == Self::ONE {
+            return String::new();
+        }
+        format!("_{}", self.name.replace(['/', '.'], "_"))
     }
 }

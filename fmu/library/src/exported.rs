@@ -8,7 +8,7 @@ use crate::filter::{
     MEASURED_RATE_VALID, NIS, RATE_RAD_S, RATE_SIGMA_RAD_S, bad_state,
 };
 use std::fmt::Debug;
-use struna_estimator::{Covariance, EstimatorError, Innovation, RateEstimator};
+use struna_estimator::{Belief, Covariance, EstimatorError, Innovation, RateEstimator};
 use struna_fmi_export::{
     Domain, Model, ModelDescription, ModelError, Role, ValueReference, Values, Variable,
 };
@@ -75,17 +75,55 @@ pub(crate) trait ExportedEstimator: Debug + Send + Sized + 'static {
     fn estimator_mut(&mut self) -> &mut dyn RateEstimator;
 
     /// Predicts and takes a measurement in: both, or neither.
-    fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError>;
+    fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        whole(self.estimator_mut(), span_s, rate_rad_s, |estimator| estimator.update(rate_rad_s))
+    }
 
     /// Predicts and notes a measurement that the gyro flags as over range: both, or neither.
     fn step_over_range(
         &mut self,
         span_s: f64,
         rate_rad_s: f64,
-    ) -> Result<Innovation, EstimatorError>;
+    ) -> Result<Innovation, EstimatorError> {
+        let note = |estimator: &mut dyn RateEstimator| estimator.update_over_range(rate_rad_s);
+        whole(self.estimator_mut(), span_s, rate_rad_s, note)
+    }
 
     /// Writes the outputs beyond [`first_rows`], all of them on demand.
     fn write_more(&self, values: &mut Values);
+}
+
+/// Numbers up to this size can be squared, multiplied and added as estimators do without leaving
+/// the range of floating point. No gyro and no body has larger ones.
+const TAME: f64 = 1e30;
+
+/// Predicts and then calls `update`, for estimators that cannot do both at once. If the second is
+/// refused the first is taken back.
+///
+/// An update is refused when its numbers leave the range of floating point, and for nothing else:
+/// the C layer lets finite inputs in alone. So the way back, a copy of all that the estimator
+/// keeps, is laid when a number is wild, and costs nothing as long as none is.
+fn whole(
+    estimator: &mut dyn RateEstimator,
+    span_s: f64,
+    rate_rad_s: f64,
+    update: impl FnOnce(&mut dyn RateEstimator) -> Result<Innovation, EstimatorError>,
+) -> Result<Innovation, EstimatorError> {
+    let Belief { angle_rad, rate_rad_s: believed_rad_s, covariance } = estimator.belief();
+    let Covariance { angle_rad2, rate_rad2_s2, .. } = covariance;
+    let numbers = [span_s, rate_rad_s, angle_rad, believed_rad_s, angle_rad2, rate_rad2_s2];
+    let is_tame = numbers.iter().all(|number| number.abs() <= TAME);
+    let way_back = (!is_tame).then(|| {
+        let mut saved = vec![0; estimator.saved_len()];
+        estimator.save(&mut saved);
+        saved
+    });
+    estimator.predict(span_s)?;
+    let updated = update(estimator);
+    if let (Err(_), Some(saved)) = (&updated, way_back) {
+        estimator.restore(&saved).expect("an estimator takes its own bytes");
+    }
+    updated
 }
 
 /// An estimator as an FMU.

@@ -10,17 +10,23 @@
 mod augmented_torsion;
 mod exported;
 mod filter;
+mod hysteresis_bank;
+mod learning;
+mod live_estimator;
 mod permanent_rotation;
 mod torsional_oscillation;
 
 use struna_estimator::{PermanentRotation, TorsionalOscillation};
 use struna_fmi_export::{ModelType, export_fmi};
 
-/// The exported models.
-pub static MODELS: [ModelType; 3] = [
-    ModelType::of::<filter::FilterModel<PermanentRotation>>(),
-    ModelType::of::<filter::FilterModel<TorsionalOscillation>>(),
-    ModelType::of::<exported::EstimatorModel<augmented_torsion::AugmentedTorsion>>(),
+/// The exported models. Each stands in a constant of its own: the compiler calculates their tokens,
+/// and wonders when one constant takes it long.
+pub static MODELS: [ModelType; 5] = [
+    const { ModelType::of::<filter::FilterModel<PermanentRotation>>() },
+    const { ModelType::of::<filter::FilterModel<TorsionalOscillation>>() },
+    const { ModelType::of::<exported::EstimatorModel<augmented_torsion::AugmentedTorsion>>() },
+    const { ModelType::of::<exported::EstimatorModel<hysteresis_bank::Bank>>() },
+    const { ModelType::of::<exported::EstimatorModel<live_estimator::Live>>() },
 ];
 
 /// Finds an exported model by its name.
@@ -36,8 +42,20 @@ mod tests {
     use super::*;
     use struna_fmi_export::{Role, Unit};
 
-    const UNITS: [Unit; 7] =
-        [Unit::ONE, Unit::S, Unit::RAD, Unit::RAD_S, Unit::RAD2, Unit::RAD2_S2, Unit::RAD2_S3];
+    const UNITS: [Unit; 12] = [
+        Unit::ONE,
+        Unit::S,
+        Unit::RAD,
+        Unit::RAD_S,
+        Unit::RAD2,
+        Unit::RAD2_S2,
+        Unit::RAD2_S3,
+        Unit::KG,
+        Unit::M,
+        Unit::KG_M2,
+        Unit::M_S2,
+        Unit::PER_S,
+    ];
 
     #[test]
     fn every_variables_name_ends_in_its_unit() {

@@ -1,5 +1,6 @@
 //! What the estimators that learn are told: prior, noise, gyro and test.
 
+use super::Sampling;
 use struna_estimator::{AugmentedConfig, GyroRange, InnovationTest, StartPrior};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
@@ -10,20 +11,20 @@ const RAD_S_PER_DEG_H: f64 = RAD_PER_DEG / 3600.0;
 const MARGIN_RAW_SIGMAS: f64 = 5.0;
 
 /// Reads optional numbers: in units of `unit` if they are there, else the default in SI.
-struct Numbers<'t, 'a>(&'t Table<'a>);
+pub(super) struct Numbers<'t, 'a>(pub(super) &'t Table<'a>);
 
 impl Numbers<'_, '_> {
     fn any(&self, key: &str, unit: f64, default: f64) -> Result<f64> {
         self.0.optional(key).map_or(Ok(default), |value| Ok(value.number()? * unit))
     }
 
-    fn not_negative(&self, key: &str, unit: f64, default: f64) -> Result<f64> {
+    pub(super) fn not_negative(&self, key: &str, unit: f64, default: f64) -> Result<f64> {
         self.0.optional(key).map_or(Ok(default), |value| Ok(value.not_negative()? * unit))
     }
 }
 
-/// Prior, noise and gyro. `averaging_samples` make one of the rates that it is given.
-pub(super) fn config(table: &Table<'_>, averaging_samples: u64) -> Result<AugmentedConfig> {
+/// Prior, noise and gyro.
+pub(super) fn config(table: &Table<'_>, sampling: Sampling) -> Result<AugmentedConfig> {
     let numbers = Numbers(table);
     let sigma_rad_s = table.required("measurement_sigma_deg_s")?.positive()? * RAD_PER_DEG;
     let quiet = AugmentedConfig::quiet(start(table)?, sigma_rad_s * sigma_rad_s);
@@ -32,7 +33,7 @@ pub(super) fn config(table: &Table<'_>, averaging_samples: u64) -> Result<Augmen
         process_noise_rad2_s3: numbers.not_negative("process_noise_deg2_s3", RAD2_PER_DEG2, q)?,
         bias_walk_rad2_s3: numbers.not_negative("bias_walk_deg2_s3", RAD2_PER_DEG2, walk)?,
         scale_factor_sigma: numbers.not_negative("scale_factor_sigma_percent", 0.01, 0.0)?,
-        range: range(table, sigma_rad_s * (averaging_samples as f64).sqrt())?,
+        range: range(table, sampling.raw_sigma(sigma_rad_s))?,
         ..quiet
     };
     config.validate().map_err(|error| table.because(error.to_string()))?;

@@ -10,25 +10,30 @@ pub(super) enum KindWord {
     Torsion,
     Augmented,
     Tested,
+    Bank,
+    Live,
 }
 
-use KindWord::{Augmented, Integration, Rotation, Tested, Torsion};
+use KindWord::{Augmented, Bank, Integration, Live, Rotation, Tested, Torsion};
 
-pub(super) const WORDS: [(&str, KindWord); 5] = [
+pub(super) const WORDS: [(&str, KindWord); 7] = [
     ("plain-integration", Integration),
     ("permanent-rotation", Rotation),
     ("torsional-oscillation", Torsion),
     ("augmented-torsion", Augmented),
     ("tested-torsion", Tested),
+    ("hysteresis-bank", Bank),
+    ("live", Live),
 ];
 
-const EVERY: &[KindWord] = &[Integration, Rotation, Torsion, Augmented, Tested];
 const OF_2008: &[KindWord] = &[Integration, Rotation, Torsion];
-const OSCILLATING: &[KindWord] = &[Torsion, Augmented, Tested];
-const LEARNING: &[KindWord] = &[Augmented, Tested];
-const TESTING: &[KindWord] = &[Tested];
+const OSCILLATING: &[KindWord] = &[Torsion, Augmented, Tested, Bank, Live];
+const LEARNING: &[KindWord] = &[Augmented, Tested, Bank, Live];
+const TESTING: &[KindWord] = &[Tested, Live];
+const SWITCHING: &[KindWord] = &[Live];
+const EVERY: &[KindWord] = &[Integration, Rotation, Torsion, Augmented, Tested, Bank, Live];
 
-const KEYS: [(&str, &[KindWord]); 25] = [
+const KEYS: [(&str, &[KindWord]); 38] = [
     ("name", EVERY),
     ("kind", EVERY),
     ("run_as", EVERY),
@@ -54,6 +59,19 @@ const KEYS: [(&str, &[KindWord]); 25] = [
     ("test_false_alarms", TESTING),
     ("test_horizon_samples", TESTING),
     ("test_kick_floor_deg_s", TESTING),
+    ("gyro_count_deg_s", SWITCHING),
+    ("gyro_raw_sigma_deg_s", SWITCHING),
+    ("swing_max_deg", SWITCHING),
+    ("fit_work_per_sample", SWITCHING),
+    ("body_mass_kg", SWITCHING),
+    ("body_com_depth_m", SWITCHING),
+    ("body_inertia_kg_m2", SWITCHING),
+    ("body_inertia_sigma_percent", SWITCHING),
+    ("body_swing_damping_1_s", SWITCHING),
+    ("body_swing_damping_sigma_percent", SWITCHING),
+    ("gravity_m_s2", SWITCHING),
+    ("input_axis_deg", SWITCHING),
+    ("input_axis_sigma_deg", SWITCHING),
 ];
 
 /// Refuses what is no key at all.

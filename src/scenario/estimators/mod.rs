@@ -2,11 +2,14 @@
 
 mod augmented;
 mod keys;
+mod live;
 
 use keys::KindWord;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use struna_estimator::{AugmentedConfig, FilterConfig, InnovationTest, Reading, Refinement};
+use struna_estimator::{
+    AugmentedConfig, FilterConfig, InnovationTest, LiveConfig, Reading, Refinement,
+};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
 
@@ -24,7 +27,7 @@ pub struct EstimatorPlan {
 }
 
 /// The estimators there are, with all that each is told before it starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum EstimatorKind {
     /// Plain integration of the rate.
     PlainIntegration(FilterConfig),
@@ -46,6 +49,26 @@ pub enum EstimatorKind {
         /// The test.
         test: InnovationTest,
     },
+    /// Bank of Kalman filters for a thread that may yield.
+    HysteresisBank(AugmentedConfig),
+    /// What switches between filters as a live rig demands.
+    Live(Box<LiveConfig>),
+}
+
+/// How the rates come that estimators are given.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sampling {
+    /// Gyro samples averaged into one rate.
+    pub(super) averaging_samples: u64,
+    /// Time from one rate to the next, s.
+    pub(super) output_period_s: f64,
+}
+
+impl Sampling {
+    /// Deviation of a raw sample, when averages of white noise have this one.
+    fn raw_sigma(self, sigma: f64) -> f64 {
+        sigma * (self.averaging_samples as f64).sqrt()
+    }
 }
 
 /// Where an estimator runs.
@@ -69,16 +92,16 @@ enum Place {
     File,
 }
 
-/// The estimators of a scenario, whose rates are means of `averaging_samples`.
+/// The estimators of a scenario.
 pub(super) fn estimators(
     tables: &[Table<'_>],
     folder: &Path,
-    averaging_samples: u64,
+    sampling: Sampling,
 ) -> Result<Vec<EstimatorPlan>> {
     let mut names = BTreeSet::new();
     let mut plans = Vec::with_capacity(tables.len());
     for table in tables {
-        let plan = estimator(table, folder, averaging_samples)?;
+        let plan = estimator(table, folder, sampling)?;
         if !names.insert(plan.name.clone()) {
             let name = table.required("name")?;
             return Err(name.because("another estimator has this name; choose a different one"));
@@ -88,7 +111,7 @@ pub(super) fn estimators(
     Ok(plans)
 }
 
-fn estimator(table: &Table<'_>, folder: &Path, averaging_samples: u64) -> Result<EstimatorPlan> {
+fn estimator(table: &Table<'_>, folder: &Path, sampling: Sampling) -> Result<EstimatorPlan> {
     keys::refuse_unknown(table)?;
     let word = table.required("kind")?.word(&keys::WORDS)?;
     keys::refuse_unread(table, word)?;
@@ -99,13 +122,13 @@ fn estimator(table: &Table<'_>, folder: &Path, averaging_samples: u64) -> Result
             period_s: table.required("torsion_period_s")?.positive()?,
             config: config(table)?,
         },
-        KindWord::Augmented => {
-            EstimatorKind::AugmentedTorsion(augmented::config(table, averaging_samples)?)
-        }
+        KindWord::Augmented => EstimatorKind::AugmentedTorsion(augmented::config(table, sampling)?),
         KindWord::Tested => EstimatorKind::TestedTorsion {
-            config: augmented::config(table, averaging_samples)?,
+            config: augmented::config(table, sampling)?,
             test: augmented::test(table)?,
         },
+        KindWord::Bank => EstimatorKind::HysteresisBank(augmented::config(table, sampling)?),
+        KindWord::Live => EstimatorKind::Live(Box::new(live::config(table, sampling)?)),
     };
     Ok(EstimatorPlan { name: name(table)?, kind, run_as: run_as(table, word, folder)? })
 }

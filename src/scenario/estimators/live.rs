@@ -1,0 +1,112 @@
+//! What the estimator for a live rig is told: gyro, body and limits, besides all that the tested
+//! filter of torsion takes.
+//!
+//! The body is the operator's own declaration, never the scenario's truth: an estimator that is
+//! told the truth proves nothing.
+
+use super::Sampling;
+use super::augmented::{self, Numbers};
+use struna_estimator::{AugmentedConfig, InputAxis, LiveConfig, Quantiser, SwingBody, SwingConfig};
+use struna_kernel::RAD_PER_DEG;
+use struna_settings::{Result, Table, Value};
+
+/// A body is declared as a whole, or not at all.
+const DECLARATION: [&str; 9] = [
+    "body_mass_kg",
+    "body_com_depth_m",
+    "body_inertia_kg_m2",
+    "body_inertia_sigma_percent",
+    "body_swing_damping_1_s",
+    "body_swing_damping_sigma_percent",
+    "gravity_m_s2",
+    "input_axis_deg",
+    "input_axis_sigma_deg",
+];
+const GRAVITY_M_S2: f64 = 9.81;
+
+pub(super) fn config(table: &Table<'_>, sampling: Sampling) -> Result<LiveConfig> {
+    let torsion = augmented::config(table, sampling)?;
+    let usual = LiveConfig::new(torsion, sampling.output_period_s);
+    let work_per_sample = match table.optional("fit_work_per_sample") {
+        Some(value) => value.integer_in(1..=i32::MAX)?.cast_unsigned(),
+        None => usual.work_per_sample,
+    };
+    let swing_max_rad = match table.optional("swing_max_deg") {
+        Some(value) => value.number_in(0.0..=85.0)? * RAD_PER_DEG,
+        None => usual.swing_max_rad,
+    };
+    let is_declared = DECLARATION.iter().any(|key| table.optional(key).is_some());
+    let swing = is_declared.then(|| swing(table, &torsion)).transpose()?;
+    let config = LiveConfig {
+        test: augmented::test(table)?,
+        swing,
+        swing_max_rad,
+        quantiser: quantiser(table, &torsion, sampling)?,
+        work_per_sample,
+        ..usual
+    };
+    config.validate().map_err(|error| table.because(error.to_string()))?;
+    Ok(config)
+}
+
+/// One count of the gyro, and the noise of its raw samples: that of the averages, and as much more
+/// as white noise has, without a word about it.
+fn quantiser(
+    table: &Table<'_>,
+    torsion: &AugmentedConfig,
+    sampling: Sampling,
+) -> Result<Option<Quantiser>> {
+    let raw = table.optional("gyro_raw_sigma_deg_s");
+    let Some(count) = table.optional("gyro_count_deg_s") else {
+        return match raw {
+            Some(raw) => {
+                Err(raw.because("is read with `gyro_count_deg_s`; add that, or remove this"))
+            }
+            None => Ok(None),
+        };
+    };
+    let step_rad_s = count.positive()? * RAD_PER_DEG;
+    let white = sampling.raw_sigma(torsion.measurement_variance_rad2_s2.sqrt());
+    let raw_sigma_rad_s =
+        Numbers(table).not_negative("gyro_raw_sigma_deg_s", RAD_PER_DEG, white)?;
+    Ok(Some(Quantiser { step_rad_s, raw_sigma_rad_s }))
+}
+
+/// The body and the gyro on it, as declared.
+fn swing(table: &Table<'_>, torsion: &AugmentedConfig) -> Result<SwingConfig> {
+    let numbers = Numbers(table);
+    let moments = table.required("body_inertia_kg_m2")?;
+    let expected = "three moments of inertia, about x, y and the axis of the twist";
+    let [x, y, z]: [Value<'_>; 3] =
+        moments.array()?.try_into().map_err(|_| moments.out_of_range(expected))?;
+    let body = SwingBody {
+        mass_kg: table.required("body_mass_kg")?.positive()?,
+        com_depth_m: table.required("body_com_depth_m")?.positive()?,
+        inertia_kg_m2: [x.positive()?, y.positive()?, z.positive()?],
+        gravity_m_s2: match table.optional("gravity_m_s2") {
+            Some(gravity) => gravity.positive()?,
+            None => GRAVITY_M_S2,
+        },
+        swing_damping_1_s: table.required("body_swing_damping_1_s")?.not_negative()?,
+    };
+    let [towards_x, towards_y] = table.required("input_axis_deg")?.pair()?;
+    let axis = InputAxis {
+        tilt_b_rad: [
+            (towards_x.number()? * RAD_PER_DEG).sin(),
+            (towards_y.number()? * RAD_PER_DEG).sin(),
+        ],
+        tilt_sigma_rad: table.required("input_axis_sigma_deg")?.not_negative()? * RAD_PER_DEG,
+    };
+    let r = torsion.measurement_variance_rad2_s2;
+    let quiet = SwingConfig::quiet(body, axis, torsion.start, r);
+    let (inertia, damping) = (quiet.inertia_sigma, quiet.swing_damping_sigma);
+    Ok(SwingConfig {
+        inertia_sigma: numbers.not_negative("body_inertia_sigma_percent", 0.01, inertia)?,
+        swing_damping_sigma: numbers.not_negative(
+            "body_swing_damping_sigma_percent",
+            0.01,
+            damping,
+        )?,
+        ..quiet
+    })
+}
