@@ -160,7 +160,7 @@ impl Case for LineCase {
             return Err(failure.into());
         }
         let events = transmitter.fault_records().len() as f64;
-        let lost = host.pipeline.finish().wire.frames_lost();
+        let lost = host.pipeline.finish().wire.lost as f64;
         let describe = |row: &mut Row| {
             row.set(Column::LineEvents, events);
             row.set(Column::LostSamples, lost);

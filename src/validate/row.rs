@@ -167,7 +167,7 @@ pub fn word(status: Status) -> &'static str {
     match status {
         Status::Nominal => "nominal",
         Status::Swinging { .. } => "swinging",
-        Status::Fitting => "fitting",
+        Status::Fitting { .. } => "fitting",
         Status::Disturbed { .. } => "disturbed",
         Status::ModelDoubtful => "model doubtful",
         Status::ThreadYields { .. } => "thread yields",

@@ -54,7 +54,7 @@ pub use swing::{
     AcceptedFit, ExpectedRate, FitOutcome, FitStarts, InputAxis, MOTION_PARAMETERS, MOTION_STATES,
     MOTION_TANGENTS, MotionParameters, MotionState, Progress, Rejection, SWING_PRESENT_RAD,
     SWING_STATES, SWING_UNKNOWNS, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingFit,
-    SwingMeter, SwingMotion, Tangents,
+    SwingMeter, SwingMotion, Tangents, ThreeAxisFilter,
 };
 
 /// What an estimator believes: the mean and covariance of (angle, rate).

@@ -10,6 +10,7 @@ mod config;
 mod filter;
 mod fit;
 mod motion;
+mod three_axes;
 
 pub use amplitude::{SWING_PRESENT_RAD, SwingMeter};
 pub use config::{InputAxis, SwingBody, SwingConfig};
@@ -19,3 +20,4 @@ pub use motion::{
     ExpectedRate, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState,
     SwingMotion, Tangents,
 };
+pub use three_axes::ThreeAxisFilter;
