@@ -171,7 +171,11 @@ impl SwingRig {
             rate_sigma_rad_s: RAD_PER_DEG,
             ..StartPrior::released(TAU + self.start_error_rad, PERIOD_S)
         };
-        AugmentedConfig::quiet(start, R_RAD2_S2)
+        // A gyro off the axis feels the cosine of the twist rate. Estimators of pure torsion know of
+        // no axis, and to them that is a scale factor: 1.5e-4 for one degree.
+        let tilt = self.calibrated.tilt_b_rad.iter().map(|tilt| tilt * tilt).sum::<f64>();
+        let scale_factor_sigma = 1.0 - (1.0 - tilt).sqrt();
+        AugmentedConfig { scale_factor_sigma, ..AugmentedConfig::quiet(start, R_RAD2_S2) }
     }
 
     /// What estimators of the swinging body are told.
