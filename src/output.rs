@@ -34,6 +34,15 @@ pub fn create_folder(folder: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(folder).map_err(OutputError::at(folder))
 }
 
+/// Makes `folder` and tries whether files can be written into it; leaves none.
+///
+/// # Errors
+/// [`OutputError`] with the system's reason.
+pub fn prepare_folder(folder: &Path) -> Result<(), OutputError> {
+    create_folder(folder)?;
+    tempfile::tempfile_in(folder).map(drop).map_err(OutputError::at(folder))
+}
+
 /// Writes `path` through a temporary name beside it, renamed when complete: a reader never sees
 /// half a file, and an older file survives a failure.
 ///

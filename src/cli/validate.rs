@@ -36,6 +36,10 @@ pub enum ValidateSuite {
     Gyro,
     /// A serial line that alters and loses bytes, behind it the real decoder
     Line,
+    /// A thread that loses energy to hysteresis
+    Thread,
+    /// A body that swings while it turns; some ten minutes on two cores
+    Swing,
     /// All of them
     All,
 }
@@ -50,6 +54,8 @@ impl ValidateSuite {
             Self::Kicks => vec!["kicks"],
             Self::Gyro => vec!["gyro"],
             Self::Line => vec!["line"],
+            Self::Thread => vec!["thread"],
+            Self::Swing => vec!["swing"],
             Self::All => crate::validate::Suite::NAMES.to_vec(),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{Outcome, in_columns, print};
 use crate::cli::Validate;
-use crate::output::{create_folder, write_whole};
+use crate::output::{prepare_folder, write_whole};
 use crate::progress::Progress;
 use crate::validate::junit::write_junit;
 use crate::validate::parquet::write_parquet;
@@ -34,15 +34,13 @@ impl Watcher for Terminal {
 }
 
 pub(super) fn execute(args: &Validate) -> Result<Outcome> {
-    // Before the hours of work, not after them.
-    create_folder(&args.out)?;
-    write_whole(&args.out.join("rows.csv"), |_| Ok(()))?;
-    let names = args.suite.names();
-    let suites: Option<Vec<Suite>> = names.iter().map(|name| Suite::named(name)).collect();
-    let suites = suites.context("a suite of that name is not built in")?;
     let stop = StopFlag::new();
     let on_interrupt = stop.clone();
     ctrlc::set_handler(move || on_interrupt.stop()).context("cannot listen for Ctrl-C")?;
+    // Before the hours of work, not after them.
+    prepare_folder(&args.out)?;
+    let suites: Option<Vec<Suite>> = args.suite.names().into_iter().map(Suite::named).collect();
+    let suites = suites.context("a suite of that name is not built in")?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let plan = Plan {
         runs: args.runs,

@@ -16,6 +16,15 @@ pub(super) struct Measured {
     pub(super) rate_rad_s: f64,
     /// The gyro flags it as over range.
     pub(super) over_range: bool,
+    /// Rates about the two axes across, rad/s, of a gyro of three axes.
+    pub(super) across_rad_s: Option<[f64; 2]>,
+}
+
+impl Measured {
+    /// A rate of one axis, within range.
+    pub(super) const fn new(span_s: f64, rate_rad_s: f64) -> Self {
+        Self { span_s, rate_rad_s, over_range: false, across_rad_s: None }
+    }
 }
 
 /// True values that a whole error is taken against.
@@ -74,12 +83,12 @@ fn advance(
     estimator.update(measured.rate_rad_s)
 }
 
-/// Estimators of the 2008 experiment: two states, no tests.
-struct TwoStates(Box<dyn RateEstimator>);
+/// An estimator that is judged by angle and rate alone.
+pub(super) struct Single<E>(pub(super) E);
 
-impl Contestant for TwoStates {
+impl<E: RateEstimator> Contestant for Single<E> {
     fn step(&mut self, measured: &Measured) -> Result<Innovation, EstimatorError> {
-        advance(self.0.as_mut(), measured)
+        advance(&mut self.0, measured)
     }
 
     fn belief(&self) -> Belief {
@@ -212,11 +221,11 @@ impl Kind {
             refinement: Refinement { samples, reading: Reading::M6 },
         };
         Ok(match self {
-            Self::Integration => Box::new(TwoStates(Box::new(PlainIntegration::new(paper(0))?))),
-            Self::F1(n) => Box::new(TwoStates(Box::new(Filter::permanent_rotation(paper(n))?))),
+            Self::Integration => Box::new(Single(PlainIntegration::new(paper(0))?)),
+            Self::F1(n) => Box::new(Single(Filter::permanent_rotation(paper(n))?)),
             Self::F2(n) => {
                 let filter = Filter::torsional_oscillation(paper(n), config.start.period_s)?;
-                Box::new(TwoStates(Box::new(filter)))
+                Box::new(Single(filter))
             }
             Self::Augmented => Box::new(AugmentedFilter::new(config)?),
             Self::Tested => Box::new(TestedFilter::new(config, &InnovationTest::STANDARD)?),

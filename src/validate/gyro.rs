@@ -77,7 +77,7 @@ impl GyroCase {
             over_range |= reading.flags.over_range;
         }
         let rate_rad_s = counts / f64::from(self.averaged) * self.params.lsb_rad_s;
-        Measured { span_s: STEP_S, rate_rad_s, over_range }
+        Measured { over_range, ..Measured::new(STEP_S, rate_rad_s) }
     }
 
     fn describe(&self, row: &mut Row) {

@@ -105,11 +105,9 @@ impl Host {
 }
 
 fn step(field: &mut Field, drawn: &mut Drawn, last: &mut SimTime, sample: &RateSample) {
-    let measured = Measured {
-        span_s: sample.time.seconds_since(*last),
-        rate_rad_s: sample.rate_rad_s,
-        over_range: sample.over_range,
-    };
+    let span_s = sample.time.seconds_since(*last);
+    let measured =
+        Measured { over_range: sample.over_range, ..Measured::new(span_s, sample.rate_rad_s) };
     *last = sample.time;
     let Some(k) = grid_index(sample.time) else { return };
     let truth: Truth = drawn.truth(k);

@@ -26,8 +26,11 @@ pub mod requirement;
 pub mod row;
 pub mod statistics;
 pub mod suite;
+mod swing;
+mod swing_rig;
 pub mod table;
 mod tally;
+mod thread;
 mod torsion;
 
 pub use campaign::{Plan, Results, Watcher, run};

@@ -2,7 +2,7 @@
 
 use super::requirement::Requirement;
 use super::row::Row;
-use super::{gyro, kicks, limits, line, paper};
+use super::{gyro, kicks, limits, line, paper, swing, thread};
 use crate::figure::FigureError;
 use anyhow::Result;
 use struna_kernel::Seed;
@@ -78,7 +78,7 @@ impl std::fmt::Debug for Suite {
 
 impl Suite {
     /// Names of all suites, in the order in which they run.
-    pub const NAMES: &[&str] = &["paper", "limits", "kicks", "gyro", "line"];
+    pub const NAMES: &[&str] = &["paper", "limits", "kicks", "gyro", "line", "thread", "swing"];
 
     /// The suite of that name.
     #[must_use]
@@ -89,6 +89,8 @@ impl Suite {
             "kicks" => Some(kicks::suite()),
             "gyro" => Some(gyro::suite()),
             "line" => Some(line::suite()),
+            "thread" => Some(thread::suite()),
+            "swing" => Some(swing::suite()),
             _ => None,
         }
     }

@@ -169,3 +169,65 @@ impl Tally {
         row.set(Column::NisMean, self.nis / f64::from(self.taken));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::contestant::Single;
+    use struna_estimator::{FilterConfig, PlainIntegration, Refinement};
+
+    const SAMPLES: u32 = 40;
+
+    fn integration() -> Box<dyn Contestant> {
+        let config = FilterConfig {
+            angle_start_rad: 1.0,
+            rate_start_rad_s: 0.0,
+            angle_variance_start_rad2: 0.25,
+            rate_variance_start_rad2_s2: 1.0,
+            measurement_variance_rad2_s2: 1e-20,
+            process_noise_rad2_s3: 0.0,
+            refinement: Refinement::OFF,
+        };
+        Box::new(Single(PlainIntegration::new(config).unwrap()))
+    }
+
+    /// A body at rest at `angle_rad`, and a gyro that says `rate_rad_s` from sample 21 on.
+    fn run(angle_rad: f64, rate_rad_s: f64) -> Row {
+        let schedule = Schedule { samples: SAMPLES, kick: None };
+        let row = Row::new("suite", "case", "integration", (0, 0));
+        let mut tally = Tally::new(row, integration(), schedule);
+        let state = TrueState { angle_rad, rate_rad_s: 0.0, s: 1.0, d: 0.0, bias_rad_s: 0.0 };
+        for k in 1..=SAMPLES {
+            let rate_rad_s = if k > SAMPLES / 2 { rate_rad_s } else { 0.0 };
+            tally.step(k, &Measured::new(0.1, rate_rad_s), &Truth { state, settled: true });
+        }
+        tally.finish(0.1)
+    }
+
+    #[test]
+    fn errors_and_claims_are_those_of_the_estimator() {
+        let row = run(0.0, 0.0);
+        let near = |column, expected: f64| {
+            let found = row.get(column).unwrap();
+            assert!((found - expected).abs() < 1e-9 * expected.abs(), "{column:?}: {found}");
+        };
+        near(Column::AngleHalf2Deg, 1.0 / RAD_PER_DEG);
+        near(Column::AngleRmsDeg, 1.0 / RAD_PER_DEG);
+        near(Column::AngleEndSigmaDeg, 0.5 / RAD_PER_DEG);
+        near(Column::EndSigmas, 2.0);
+        assert_eq!(row.get(Column::Alarms), None, "it has no test");
+        assert_eq!((row.status, row.epochs.len()), ("not observable", 10));
+        assert!(row.epochs.iter().all(|epoch| (epoch.error_deg * RAD_PER_DEG - 1.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_run_that_diverges_stops_with_its_reason_and_without_errors() {
+        // A tenth of a second at 1e5 rad/s is beyond a hundred turns.
+        for (rate_rad_s, reason) in [(1e5, "a hundred turns"), (f64::NAN, "not finite")] {
+            let row = run(0.0, rate_rad_s);
+            let Outcome::Stopped(said) = &row.outcome else { panic!("{row:?}") };
+            assert!(said.starts_with("sample 21: ") && said.contains(reason), "{said}");
+            assert_eq!(row.get(Column::AngleHalf2Deg), None);
+        }
+    }
+}

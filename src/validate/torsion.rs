@@ -297,6 +297,6 @@ impl WhiteGyro {
             noise += 20.0 * self.outliers.standard_normal(2 * k + 1);
         }
         let rate_rad_s = rate_rad_s + self.bias_rad_s + R_RAD2_S2.sqrt() * noise;
-        Measured { span_s: STEP_S, rate_rad_s, over_range: false }
+        Measured::new(STEP_S, rate_rad_s)
     }
 }

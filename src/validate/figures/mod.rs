@@ -268,6 +268,53 @@ pub fn delays(rows: &[&Row], title: &str, estimator: &str) -> Result<Option<Figu
     Ok((!chart.curves.is_empty()).then_some(Figure { caption, svg: chart.draw()? }))
 }
 
+/// What [`against`] shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Against {
+    /// Title.
+    pub title: &'static str,
+    /// Column along x.
+    pub x: Column,
+    /// Its name for people.
+    pub x_name: &'static str,
+    /// Column of errors.
+    pub y: Column,
+    /// Its name for people.
+    pub y_name: &'static str,
+}
+
+/// Median of a column against a quantity that is the same in all runs of a case, a curve for each
+/// estimator.
+///
+/// # Errors
+/// [`FigureError`] when the plotting library fails.
+pub fn against(rows: &[&Row], of: &Against) -> Result<Option<Figure>, FigureError> {
+    let cases = names(rows, |row| &row.case);
+    let mut curves = Vec::new();
+    for (colour, estimator) in names(rows, |row| &row.estimator).into_iter().enumerate() {
+        let at = |case: &&str| {
+            let cell = of_cell(rows, (case, estimator));
+            let x = cell.iter().find_map(|row| row.get(of.x))?;
+            Some((x, median(&errors(&cell, of.y))?))
+        };
+        let mut points: Vec<(f64, Measured)> = cases.iter().filter_map(at).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        curves.push(Curve { name: estimator.to_owned(), points, dashed: false, colour });
+    }
+    let chart = Chart {
+        title: of.title.to_owned(),
+        x_name: of.x_name.to_owned(),
+        y_name: of.y_name.to_owned(),
+        log: (false, true),
+        curves,
+        band: None,
+        rules: Vec::new(),
+        marks: Vec::new(),
+    };
+    let caption = "Median over runs with its 95 % interval.".to_owned();
+    Ok(Some(Figure { caption, svg: chart.draw()? }))
+}
+
 /// Root mean square of a column against the length of the refinement, with the best one marked.
 ///
 /// # Errors
