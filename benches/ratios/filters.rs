@@ -1,16 +1,22 @@
-//! One predict and update of the two-state filter, beside kfilter with the same model.
+//! One predict and update of the two-state filter, beside kfilter and adskalman with the same model;
+//! and of eight filters at once, beside a limit.
 //!
 //! Measurements change from call to call, and each call starts from the result of the one before:
 //! what counts is the length of that chain.
 
 use crate::table::{Row, ns};
 use crate::timing::{best_in_turns, time_per_unit};
+use adskalman::{
+    KalmanFilterNoControl, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl,
+};
 use anyhow::{Result, anyhow, ensure};
 use kfilter::kalman::{Kalman1MLinearNoInput, KalmanFilter, KalmanPredict};
+use nalgebra::{Matrix1, Matrix1x2, Matrix2, Matrix2x1, U1, U2, Vector1, Vector2};
 use std::f64::consts::TAU;
 use std::hint::black_box;
 use struna_estimator::{
-    Filter, FilterConfig, Motion, RateEstimator, Reading, Refinement, TorsionalOscillation,
+    Filter, FilterConfig, FilterLanes, Motion, RateEstimator, Reading, Refinement,
+    TorsionalOscillation,
 };
 use struna_kernel::RAD_PER_DEG;
 
@@ -18,6 +24,11 @@ pub(crate) const PERIOD_S: f64 = 480.0;
 pub(crate) const STEP_S: f64 = 0.01;
 /// What the target of 12 ns was where kfilter takes 22.6 ns.
 const TARGET_RATIO: f64 = 22.6 / 12.0;
+/// adskalman is to take at least so many times longer.
+const ADSKALMAN_RATIO: f64 = 3.0;
+const LANES: usize = 8;
+/// What each of eight filters may take where kfilter takes 22.6 ns, as a share of kfilter's time.
+const LANES_LIMIT: f64 = 1.6 / 22.6;
 
 /// The 2008 rig's gyro and start, with a little process noise so that the peer's Q does work.
 pub(crate) const fn config(refinement: Refinement) -> FilterConfig {
@@ -48,7 +59,7 @@ pub(crate) fn measured_rate_rad_s(k: u32) -> f64 {
 
 pub(crate) fn rows() -> Result<Vec<Row>> {
     let m6 = Refinement { samples: 100, reading: Reading::M6 };
-    let [plain, refined, peer_s] = race(Refinement::OFF, m6)?;
+    let [plain, refined, peer_s, joseph_s, lane_s] = race(m6)?;
     let row = |what: &str, ours_s: f64, target| Row {
         what: format!("predict + update, {what}"),
         ours: ns(ours_s),
@@ -56,26 +67,53 @@ pub(crate) fn rows() -> Result<Vec<Row>> {
         ratio: Some(peer_s / ours_s),
         target,
     };
+    let limit_s = peer_s * LANES_LIMIT;
     Ok(vec![
         row("refinement off, first target", plain, 1.5),
         row("refinement off, 12 ns on 22.6 ns", plain, TARGET_RATIO),
         row("refinement M6 N=100", refined, 1.5),
+        Row {
+            what: "predict + update, refinement off".into(),
+            ours: ns(plain),
+            other: format!("{} (adskalman, Joseph)", ns(joseph_s)),
+            ratio: Some(joseph_s / plain),
+            target: ADSKALMAN_RATIO,
+        },
+        Row {
+            what: format!("the same, each of {LANES} lanes"),
+            ours: ns(lane_s),
+            other: format!("{} (limit: 1.6 ns on 22.6 ns)", ns(limit_s)),
+            ratio: Some(limit_s / lane_s),
+            target: 1.0,
+        },
     ])
 }
 
-/// Best times of our filter under both refinements and of kfilter, s per predict and update.
-fn race(first: Refinement, second: Refinement) -> Result<[f64; 3]> {
+/// Best times, s per predict and update: our filter without and with refinement, kfilter,
+/// adskalman, and each of our lanes.
+fn race(refinement: Refinement) -> Result<[f64; 5]> {
     let rates_rad_s = measured_rates_rad_s();
-    let mut ours = Filter::torsional_oscillation(config(first), PERIOD_S)?;
-    let mut refined = Filter::torsional_oscillation(config(second), PERIOD_S)?;
-    let mut peer = kfilter_of(&config(first))?;
+    let n = rates_rad_s.len();
+    let plain = config(Refinement::OFF);
+    let mut ours = Filter::torsional_oscillation(plain, PERIOD_S)?;
+    let mut refined = Filter::torsional_oscillation(config(refinement), PERIOD_S)?;
+    let mut lanes = FilterLanes::new(std::array::from_fn(|_| ours.clone()))?;
+    let mut peer = kfilter_of(&plain)?;
+    let model = Model::of(&plain)?;
+    let mut joseph = model.start(&plain);
     run(&mut ours, &rates_rad_s)?;
     run_kfilter(&mut peer, &rates_rad_s)?;
-    same_estimate(&ours, &peer)?;
+    same_estimate("kfilter", &ours, [peer.state()[0], peer.state()[1]])?;
+    run_adskalman(&model, &mut joseph, &rates_rad_s)?;
+    same_estimate("adskalman", &ours, [joseph.state()[0], joseph.state()[1]])?;
+    run_lanes(&mut lanes, &rates_rad_s)?;
+    ensure!(lanes.belief(LANES - 1) == ours.belief(), "a lane is not the filter");
     best_in_turns([
-        Box::new(|| time_per_unit(rates_rad_s.len(), || run(&mut ours, &rates_rad_s))),
-        Box::new(|| time_per_unit(rates_rad_s.len(), || run(&mut refined, &rates_rad_s))),
-        Box::new(|| time_per_unit(rates_rad_s.len(), || run_kfilter(&mut peer, &rates_rad_s))),
+        Box::new(|| time_per_unit(n, || run(&mut ours, &rates_rad_s))),
+        Box::new(|| time_per_unit(n, || run(&mut refined, &rates_rad_s))),
+        Box::new(|| time_per_unit(n, || run_kfilter(&mut peer, &rates_rad_s))),
+        Box::new(|| time_per_unit(n, || run_adskalman(&model, &mut joseph, &rates_rad_s))),
+        Box::new(|| time_per_unit(n * LANES, || run_lanes(&mut lanes, &rates_rad_s))),
     ])
 }
 
@@ -120,15 +158,106 @@ pub(crate) fn run_kfilter(peer: &mut Peer, rates_rad_s: &[f64]) -> Result<()> {
     Ok(())
 }
 
+/// Our transition, noise and measurement as adskalman wants them.
+struct Model {
+    f: Matrix2<f64>,
+    f_transposed: Matrix2<f64>,
+    q: Matrix2<f64>,
+    h: Matrix1x2<f64>,
+    h_transposed: Matrix2x1<f64>,
+    r: Matrix1<f64>,
+}
+
+impl Model {
+    fn of(config: &FilterConfig) -> Result<Self> {
+        let t = TorsionalOscillation::with_period(PERIOD_S)?.transition(STEP_S);
+        let f = Matrix2::new(t.f11, t.f12, t.f21, t.f22);
+        let h = Matrix1x2::new(0.0, 1.0);
+        Ok(Self {
+            f,
+            f_transposed: f.transpose(),
+            q: Matrix2::new(t.q11, t.q12, t.q12, t.q22) * config.process_noise_rad2_s3,
+            h,
+            h_transposed: h.transpose(),
+            r: Matrix1::new(config.measurement_variance_rad2_s2),
+        })
+    }
+
+    fn start(&self, config: &FilterConfig) -> StateAndCovariance<f64, U2> {
+        let variances =
+            Vector2::new(config.angle_variance_start_rad2, config.rate_variance_start_rad2_s2);
+        let state = Vector2::new(config.angle_start_rad, config.rate_start_rad_s);
+        StateAndCovariance::new(state, Matrix2::from_diagonal(&variances))
+    }
+}
+
+impl TransitionModelLinearNoControl<f64, U2> for Model {
+    fn F(&self) -> &Matrix2<f64> {
+        &self.f
+    }
+
+    fn FT(&self) -> &Matrix2<f64> {
+        &self.f_transposed
+    }
+
+    fn Q(&self) -> &Matrix2<f64> {
+        &self.q
+    }
+}
+
+impl ObservationModel<f64, U2, U1> for Model {
+    fn H(&self) -> &Matrix1x2<f64> {
+        &self.h
+    }
+
+    fn HT(&self) -> &Matrix2x1<f64> {
+        &self.h_transposed
+    }
+
+    fn R(&self) -> &Matrix1<f64> {
+        &self.r
+    }
+}
+
+#[inline(never)]
+fn run_adskalman(
+    model: &Model,
+    estimate: &mut StateAndCovariance<f64, U2>,
+    rates_rad_s: &[f64],
+) -> Result<()> {
+    // In Joseph's form unless told otherwise.
+    let filter = KalmanFilterNoControl::new(model, model);
+    for &rate_rad_s in rates_rad_s {
+        let (before, rate_rad_s) = black_box((&*estimate, rate_rad_s));
+        *estimate = filter
+            .step(before, &Vector1::new(rate_rad_s))
+            .map_err(|reason| anyhow!("adskalman refuses a step: {reason:?}"))?;
+    }
+    Ok(())
+}
+
+#[inline(never)]
+fn run_lanes<M: Motion>(lanes: &mut FilterLanes<M, LANES>, rates_rad_s: &[f64]) -> Result<()> {
+    for &rate_rad_s in rates_rad_s {
+        let (lanes, rates_rad_s) = black_box((&mut *lanes, [rate_rad_s; LANES]));
+        lanes.step(STEP_S, &rates_rad_s)?;
+    }
+    Ok(())
+}
+
 /// A ratio of two programs that compute different things would say nothing.
-fn same_estimate(ours: &Filter<TorsionalOscillation>, peer: &Peer) -> Result<()> {
-    let (belief, state) = (ours.belief(), peer.state());
-    let angle_off_rad = (belief.angle_rad - state[0]).abs();
-    let rate_off_rad_s = (belief.rate_rad_s - state[1]).abs();
+fn same_estimate(
+    name: &str,
+    ours: &Filter<TorsionalOscillation>,
+    [angle_rad, rate_rad_s]: [f64; 2],
+) -> Result<()> {
+    let belief = ours.belief();
+    let angle_off_rad = (belief.angle_rad - angle_rad).abs();
+    let rate_off_rad_s = (belief.rate_rad_s - rate_rad_s).abs();
     ensure!(
         // A dozen roundings in each of 1000 steps at 6 rad, were they all in one direction.
         angle_off_rad < 1e-11 && rate_off_rad_s < 1e-11,
-        "our filter and kfilter disagree by {angle_off_rad:e} rad and {rate_off_rad_s:e} rad/s"
+        "our filter and {name} disagree by {angle_off_rad:e} rad and {rate_off_rad_s:e} rad/s"
     );
     Ok(())
 }

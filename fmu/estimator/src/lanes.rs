@@ -269,8 +269,7 @@ fn advance<const N: usize>(
     to: &mut Lanes<N>,
 ) -> bool {
     let mut sound = true;
-    for lane in 0..N {
-        let z = rates_rad_s[lane];
+    for (lane, &z) in rates_rad_s.iter().enumerate() {
         let r = constants.r_rad2_s2[lane];
         let p = predicted(constants, lane, &from.get(lane), span_s);
         let Covariance { angle_rad2: a, cross_rad2_s: b, rate_rad2_s2: c } = p.belief.covariance;
