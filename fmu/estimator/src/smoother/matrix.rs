@@ -102,8 +102,8 @@ mod tests {
         let (p, b) = (covariance(), from_fn(|i, j| (i + 2 * j) as f64 - 3.5));
         let back = product(&p, &solved(&p, &b));
         for (got, want) in back.iter().flatten().zip(b.iter().flatten()) {
-            // Condition of the correlations: about 20.
-            assert!((got - want).abs() < 1e-12, "{got} {want}");
+            // A row's terms differ by the units, 1e5: so do their roundings from the sum, up to 5.
+            assert!((got - want).abs() < 1e-10, "{got} {want}");
         }
     }
 
