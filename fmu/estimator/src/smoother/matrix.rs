@@ -71,18 +71,19 @@ pub(super) fn solved(p: &Matrix, b: &Matrix) -> Matrix {
         }
         inverse_pivot[j] = if l[j][j] > PIVOT_MIN { 1.0 / l[j][j] } else { 0.0 };
     }
-    let mut x = from_fn(|i, j| b[i][j] * inverse_sigma[i]);
-    for column in 0..5 {
+    // Column by column of B.
+    let mut columns = from_fn(|j, i| b[i][j] * inverse_sigma[i]);
+    for x in &mut columns {
         for i in 0..5 {
-            let known: f64 = (0..i).map(|k| l[i][k] * inverse_pivot[k] * x[k][column]).sum();
-            x[i][column] -= known;
+            let known: f64 = (0..i).map(|k| l[i][k] * inverse_pivot[k] * x[k]).sum();
+            x[i] -= known;
         }
         for i in (0..5).rev() {
-            let known: f64 = (i + 1..5).map(|k| l[k][i] * x[k][column]).sum();
-            x[i][column] = (x[i][column] - known) * inverse_pivot[i];
+            let known: f64 = (i + 1..5).map(|k| l[k][i] * x[k]).sum();
+            x[i] = (x[i] - known) * inverse_pivot[i];
         }
     }
-    from_fn(|i, j| x[i][j] * inverse_sigma[i])
+    from_fn(|i, j| columns[j][i] * inverse_sigma[i])
 }
 
 #[cfg(test)]

@@ -202,7 +202,7 @@ fn what_is_certain_stays_so() {
     let fit = fit_with(&AugmentedConfig { start, ..B.config(0.0) }, &run).unwrap();
     assert!((fit.parameters[2] / s - 1.0).abs() < 1e-14);
     assert_eq!(fit.parameters[1].to_bits(), 0.0_f64.to_bits());
-    assert_eq!(fit.covariance[2], [0.0; 5]);
+    assert!(fit.covariance[2].iter().all(|entry| entry.abs() < f64::MIN_POSITIVE));
     assert_eq!(fit.verdict, Verdict::Accepted);
     let loose = fitted(B, &run).unwrap();
     assert!(fit.covariance[0][0] < loose.covariance[0][0], "certainty helps the rest");
