@@ -12,11 +12,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 use struna_kernel::RAD_PER_DEG;
 
-const SIZE_PX: (u32, u32) = (1400, 900);
+pub(crate) const SIZE_PX: (u32, u32) = (1400, 900);
 /// Height of title and legend together.
-const HEAD_PX: u32 = 74;
+pub(crate) const HEAD_PX: u32 = 74;
 const LEGEND_STEP_PX: i32 = 150;
-const FONT: &str = "sans-serif";
+pub(crate) const FONT: &str = "sans-serif";
 /// Horizontal resolution of a curve; each step keeps its least and greatest value.
 const BUCKETS: usize = 700;
 const GREY: RGBColor = RGBColor(185, 185, 185);
@@ -46,9 +46,9 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Figur
 }
 
 /// One curve, in the SI unit of its record column.
-struct Curve<'a> {
-    values: Cow<'a, [f64]>,
-    style: ShapeStyle,
+pub(crate) struct Curve<'a> {
+    pub(crate) values: Cow<'a, [f64]>,
+    pub(crate) style: ShapeStyle,
 }
 
 /// Draws `record` as SVG text.
@@ -81,15 +81,15 @@ fn angle_truth(record: &Record) -> &'static str {
     if record.column(twist).is_some() { twist } else { "truth.body_rate_integral_rad" }
 }
 
-fn gyro_style() -> ShapeStyle {
+pub(crate) fn gyro_style() -> ShapeStyle {
     GREY.stroke_width(1)
 }
 
-fn truth_style() -> ShapeStyle {
+pub(crate) fn truth_style() -> ShapeStyle {
     BLACK.stroke_width(4)
 }
 
-fn estimator_style(k: usize) -> ShapeStyle {
+pub(crate) fn estimator_style(k: usize) -> ShapeStyle {
     PALETTE[k % PALETTE.len()].stroke_width(2)
 }
 
@@ -154,7 +154,7 @@ where
     Ok(())
 }
 
-fn panel<B>(
+pub(crate) fn panel<B>(
     area: &DrawingArea<B, Shift>,
     y_label: &str,
     time_s: &[f64],

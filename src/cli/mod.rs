@@ -7,6 +7,7 @@ mod frame;
 mod gyro;
 mod hil;
 mod run;
+mod smooth;
 mod validate;
 
 pub use emulate::Emulate;
@@ -16,6 +17,7 @@ pub use frame::{Baud, Decode, Frame, FrameLint, FrameSniff};
 pub use gyro::{Characterize, Gyro, GyroShow};
 pub use hil::{Hil, Ports};
 pub use run::{Compare, Demo, Run, Truth};
+pub use smooth::{Smooth, SmoothMethod, SmoothPrior};
 pub use validate::{Validate, ValidateSuite};
 
 use clap::{Parser, Subcommand};
@@ -70,6 +72,15 @@ Prints the port to open. Frames that nobody listens to are gone, as with a real 
 
 Rows are matched by time; one file may have more of them. The attitude is compared as one angle.")]
     Compare(Compare),
+    /// Look back over a recorded run: the angle as the whole record tells it
+    #[command(after_help = "Examples:
+  struna smooth out/demo/record.csv --scenario scenarios/demo.toml --out out/demo/smooth
+  struna smooth record.csv --period-s 480 --angle-deg 360 --angle-sigma-deg 5 --out smooth
+  struna smooth record.csv --period-s 480 --method fixed-lag --lag-s 60 --out lag
+
+Writes smoothed.csv, figure.svg and report.txt. Truth in the record is scored against and not
+read otherwise. What the record does not say is refused in words.")]
+    Smooth(Box<Smooth>),
     /// Find a gyro's noise in a record of it at rest: Allan deviation and coefficients
     #[command(after_help = "Examples:
   struna characterize rest.csv --rate-column z --unit deg/s --sample-rate 300

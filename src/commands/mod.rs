@@ -14,6 +14,7 @@ mod hil;
 mod ports;
 mod run;
 mod screen;
+mod smooth;
 mod sniff;
 mod truth;
 mod validate;
@@ -67,6 +68,7 @@ pub fn execute(cli: Cli) -> Result<Outcome> {
         Command::Emulate(args) => emulate::execute(&args),
         Command::Truth(args) => truth::execute(&Scenario::read(&args.scenario)?, &args.csv),
         Command::Compare(args) => compare::execute(&args),
+        Command::Smooth(args) => smooth::execute(&args),
         Command::Characterize(args) => characterize::execute(&args),
         Command::Hil(args) => hil::execute(&args),
         Command::Ports(args) => ports::execute(&args),

@@ -9,4 +9,5 @@ mod desk;
 mod frame;
 mod refusals;
 mod results;
+mod smooth;
 mod sniff;

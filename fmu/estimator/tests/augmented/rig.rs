@@ -169,12 +169,12 @@ impl Rig {
 
     /// First sample at which the first kick shows.
     pub(crate) fn first_kick(&self) -> Option<u32> {
-        self.kicks.iter().map(|kick| kick.0).min()
+        self.kicks().map(|kick| kick.0).min()
     }
 
-    /// First sample, from 0, that shows each kick, and the change of the rate at it.
-    pub(crate) fn kicks(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.kicks.iter().map(|kick| (kick.0 as usize - 1, kick.2))
+    /// First sample at which each kick shows, and the change of the rate at it.
+    pub(crate) fn kicks(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.kicks.iter().map(|kick| (kick.0, kick.2))
     }
 
     /// Whether a kick began at most `samples` before sample `k`.

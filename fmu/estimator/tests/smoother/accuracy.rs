@@ -1,6 +1,6 @@
 //! Errors in hindsight are as small as they can be, and as large as they are claimed to be.
 
-use crate::bound::bound;
+use crate::bound;
 use crate::rig::{A, B, C, D, E, Scenario};
 use crate::runs::{Run, belief_error_squared, each, error_squared, root_mean};
 use std::sync::LazyLock;
@@ -57,8 +57,8 @@ fn campaign(scenario: Scenario) -> Campaign {
 /// varies over the run and over two to four parameters, which leaves about 8 %.
 #[test]
 fn angle_and_rate_are_at_the_bound() {
-    for (name, campaign, scenario) in [("A", &OF_A, A), ("B", &OF_B, B)] {
-        let ([angle, rate], bound) = (campaign.rms, bound(scenario));
+    for (name, campaign, bound) in [("A", &OF_A, &bound::OF_A), ("B", &OF_B, &bound::OF_B)] {
+        let [angle, rate] = campaign.rms;
         let shares = [angle / bound.0, rate / bound.1];
         assert!(shares.iter().all(|share| (0.8..1.2).contains(share)), "{name}: {shares:?}");
     }
@@ -68,7 +68,7 @@ fn angle_and_rate_are_at_the_bound() {
 /// tell from the bias.
 #[test]
 fn random_torque_is_smoothed_to_the_bound() {
-    let ([angle, rate], bound) = (OF_C.rms, bound(C));
+    let ([angle, rate], bound) = (OF_C.rms, *bound::OF_C);
     assert!((0.85..1.15).contains(&(angle / bound.0)), "{angle}° of {}°", bound.0);
     assert!((0.5..0.8).contains(&(rate / bound.1)), "{rate} °/s of {} °/s", bound.1);
 }

@@ -1,8 +1,9 @@
 //! The least error that any smoother can have: the covariance recursion along the true trajectory,
 //! forward and back.
 
-use crate::rig::{PERIOD_S, R_RAD2_S2, Rig, SAMPLES, STEP_S, Scenario};
+use crate::rig::{A, B, C, PERIOD_S, R_RAD2_S2, Rig, SAMPLES, STEP_S, Scenario};
 use nalgebra::{SMatrix, SVector};
+use std::sync::LazyLock;
 use struna_kernel::RAD_PER_DEG;
 
 type Matrix5 = SMatrix<f64, 5, 5>;
@@ -10,8 +11,12 @@ type Matrix5 = SMatrix<f64, 5, 5>;
 /// Runs over which the bound is averaged; it varies by the few per cent of their periods.
 const RUNS: u32 = 4;
 
-/// Bounds of the RMS over the whole run: angle, deg, and rate, deg/s.
-pub(crate) fn bound(scenario: Scenario) -> (f64, f64) {
+/// Bounds in A, B and C of the RMS over the whole run: angle, deg, and rate, deg/s.
+pub(crate) static OF_A: LazyLock<(f64, f64)> = LazyLock::new(|| bound(A));
+pub(crate) static OF_B: LazyLock<(f64, f64)> = LazyLock::new(|| bound(B));
+pub(crate) static OF_C: LazyLock<(f64, f64)> = LazyLock::new(|| bound(C));
+
+fn bound(scenario: Scenario) -> (f64, f64) {
     let sums = (0..RUNS).map(|run| mean_variances(scenario, run));
     let (angle2, rate2) = sums.fold((0.0, 0.0), |sum, run| (sum.0 + run.0, sum.1 + run.1));
     ((angle2 / f64::from(RUNS)).sqrt(), (rate2 / f64::from(RUNS)).sqrt())

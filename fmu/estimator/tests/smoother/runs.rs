@@ -31,7 +31,7 @@ impl Run {
             })
             .collect();
         Self {
-            kicks: rig.kicks().collect(),
+            kicks: rig.kicks().map(|(k, size)| (k as usize - 1, size)).collect(),
             believed_start_deg: rig.believed_start_deg,
             bias_rad_s: rig.bias_rad_s,
             parameters: rig.parameters(),

@@ -33,7 +33,7 @@ const KICK_SIGMAS_MIN: f64 = 3.0;
 /// one for each parameter, and thirty once in 10⁵ records.
 const MOTION_GAIN_MIN: f64 = 30.0;
 /// Relative sigma of the period beyond which it is unknown.
-const PERIOD_SIGMA_MAX: f64 = 0.2;
+const PERIOD_SIGMA_MAX: f64 = 0.1;
 
 /// Fits the closed form of damped torsion to a whole record: start angle and rate, Ω², 2ζΩ, bias,
 /// and the size of each kick.
@@ -140,6 +140,7 @@ impl BatchFit {
             None => search.take_kicks(&kicks),
         }
         search.check_counts()?;
+        search.check_motion()?;
         let found = search.settle(start_of(&traces[0]), given_s.is_none())?;
         search.estimate(&found)
     }
@@ -325,9 +326,9 @@ impl<'a> Search<'a> {
 
     fn estimate(&self, found: &Found) -> Result<BatchEstimate, FitRefusal> {
         let residuals = self.residuals(found);
-        self.check_motion(found, &residuals)?;
         let variance = self.fit.config.measurement_variance_rad2_s2;
         let all = Residuals::of(&self.observations, &residuals, variance);
+        self.check_period(found, &all)?;
         let covariance = core::array::from_fn(|i| {
             core::array::from_fn(|j| found.covariance[i * found.parameters.len() + j])
         });
@@ -346,16 +347,36 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Refuses a record in which nothing moves, or too little to tell the period.
-    fn check_motion(&self, found: &Found, residuals: &[f64]) -> Result<(), FitRefusal> {
-        let used = || self.observations.iter().zip(residuals).filter(|(o, _)| o.used);
+    /// What a constant rate leaves of every observation, and the mean square of it where used,
+    /// over R.
+    fn beside_a_constant(&self) -> (Vec<f64>, f64) {
+        let used = || self.observations.iter().filter(|observation| observation.used);
         let n = used().count().max(1) as f64;
-        let mean = used().map(|(o, _)| o.rate_rad_s).sum::<f64>() / n;
-        let square = |x: f64| x * x;
-        let gain: f64 = used().map(|(o, r)| square(o.rate_rad_s - mean) - square(*r)).sum();
-        let gain = gain / self.fit.config.measurement_variance_rad2_s2;
+        let mean = used().map(|observation| observation.rate_rad_s).sum::<f64>() / n;
+        let left: Vec<f64> = self.observations.iter().map(|o| o.rate_rad_s - mean).collect();
+        let squares: f64 =
+            left.iter().zip(&self.observations).filter(|(_, o)| o.used).map(|(r, _)| r * r).sum();
+        (left, squares / (n * self.fit.config.measurement_variance_rad2_s2))
+    }
+
+    /// Refuses a record that a constant rate explains: there is nothing to fit, and the search
+    /// would wander.
+    fn check_motion(&self) -> Result<(), FitRefusal> {
+        let (left, chi_square_per_sample) = self.beside_a_constant();
+        let variance = self.fit.config.measurement_variance_rad2_s2;
+        if Residuals::of(&self.observations, &left, variance).are_noise() {
+            return Err(FitRefusal::NoMotion { chi_square_per_sample });
+        }
+        Ok(())
+    }
+
+    /// Refuses a fit whose motion is hardly more than a constant rate, or that cannot tell the
+    /// period.
+    fn check_period(&self, found: &Found, all: &Residuals) -> Result<(), FitRefusal> {
+        let (_, chi_square_per_sample) = self.beside_a_constant();
+        let gain = (chi_square_per_sample - all.chi_square) * all.used as f64;
         if gain.is_nan() || gain < MOTION_GAIN_MIN {
-            return Err(FitRefusal::NoMotion { gain });
+            return Err(FitRefusal::NoMotion { chi_square_per_sample });
         }
         let LearntParameters { period_s, period_sigma_s: sigma_s, .. } = learnt(found);
         if sigma_s > PERIOD_SIGMA_MAX * period_s {

@@ -59,11 +59,14 @@ pub enum FitRefusal {
         /** Samples needed. */
         need: usize,
     },
-    /// The rate hardly varies.
-    #[error("period not identifiable from this record: no motion (the fit explains χ² {gain:.1})")]
+    /// A constant rate explains the record.
+    #[error(
+        "period not identifiable from this record: no motion (a constant rate leaves χ² = \
+         {chi_square_per_sample:.2} a sample)"
+    )]
     NoMotion {
-        /** By how much the motion lowers χ² beneath that of a constant rate. */
-        gain: f64,
+        /** Mean square of what a constant rate leaves, over R. */
+        chi_square_per_sample: f64,
     },
     /// The record is too short, or the motion too small, to tell the period.
     #[error(
@@ -126,7 +129,7 @@ impl Residuals {
     }
 
     /// Whether they are noise and nothing else.
-    fn are_noise(&self) -> bool {
+    pub(super) fn are_noise(&self) -> bool {
         let n = self.used.max(1) as f64;
         let most = CHI_SQUARE_MAX.max(1.0 + 6.0 * libm::sqrt(2.0 / n));
         let judged = (self.used + self.rejected) as f64;
