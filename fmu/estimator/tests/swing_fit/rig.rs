@@ -122,7 +122,8 @@ impl Run {
             .map(|(i, j)| by[i] * fit.belief.covariance[i][j] * by[j])
             .sum();
         Error {
-            twist_sigmas: (fit.belief.mean[2] - truth.twist_rad).abs() / fit.belief.covariance[2][2].sqrt(),
+            twist_sigmas: (fit.belief.mean[2] - truth.twist_rad).abs()
+                / fit.belief.covariance[2][2].sqrt(),
             rate_sigmas: (rate - truth.twist_rate_rad_s).abs() / variance.sqrt(),
         }
     }
