@@ -40,3 +40,35 @@ fn are_equal(better: &Descent, other: &Descent) -> bool {
     debug_assert_eq!(apart.len(), UNKNOWNS);
     quadratic(better.best().normal(), &apart) < EQUAL
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swing::fit::problem::tests::problem;
+
+    /// Ends at these distances from the prior in the first unknown: their costs are the squares.
+    fn kept(at: &[f64], cut: Cut) -> Vec<f64> {
+        let problem = problem();
+        let end = |at: &f64| {
+            let mut u = [0.0; UNKNOWNS];
+            u[0] = *at;
+            Descent::new(&problem, u)
+        };
+        let ends = at.iter().map(end).collect();
+        pruned(ends, cut).iter().map(|end| end.best().unknowns()[0]).collect()
+    }
+
+    const ALL: Cut = Cut { cost: f64::INFINITY, count: 25 };
+
+    #[test]
+    fn ends_come_in_the_order_of_their_cost_and_once() {
+        assert_eq!(kept(&[20.0, -9.0, 1.0, 8.0], ALL), [1.0, -9.0, 20.0]);
+    }
+
+    #[test]
+    fn the_cut_is_by_cost_above_the_best_and_by_count() {
+        assert_eq!(kept(&[0.0, 8.0, 16.0], Cut { cost: 100.0, count: 25 }), [0.0, 8.0]);
+        assert_eq!(kept(&[0.0, 8.0, 16.0], Cut { count: 1, ..ALL }), [0.0]);
+        assert!(kept(&[], ALL).is_empty());
+    }
+}

@@ -3,7 +3,7 @@
 use crate::swing::SwingBelief;
 
 /// State and covariance of the swinging body at the end of the window of an accepted fit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AcceptedFit {
     /// Samples from the first one pushed to the last one of the window, missing ones included. The
     /// state is that at the last one.

@@ -36,8 +36,8 @@ const SCALE: (f64, f64) = (0.8, 1.2);
 const STIFFNESS_RATIO: (f64, f64) = (0.25, 4.0);
 /// Bounds of the scale of the swing's decay.
 const DECAY_SCALE: (f64, f64) = (0.0, 10.0);
-/// Largest sine of the angle between the gyro's axis and the body's.
-const ASKEW_MAX: f64 = 0.9;
+/// Largest component of the gyro's axis across the body's: both at once leave a direction.
+const ASKEW_MAX: f64 = 0.7;
 /// Longest motion that a fit follows with equal steps.
 const SUBSTEPS_MAX: u32 = 64;
 
@@ -202,4 +202,70 @@ pub(super) fn motion_of(x: &Unknowns) -> (MotionState, MotionParameters) {
     let parameters = [stiffness, damping, scale_a, scale_b, decay];
     let state = MotionState::from_entries([ex, ey, twist, p, q, r]);
     (state, MotionParameters::from_entries(parameters))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::{InputAxis, StartPrior, SwingBody};
+
+    /// A body of equal moments that hangs untwisted, on a gyro one degree askew.
+    pub(in crate::swing::fit) fn config() -> SwingConfig {
+        let body = SwingBody {
+            mass_kg: 1.0,
+            com_depth_m: 0.1,
+            inertia_kg_m2: [0.01, 0.01, 0.01],
+            gravity_m_s2: 9.81,
+            swing_damping_1_s: 0.0,
+        };
+        let axis = InputAxis::towards(DEG, 2.0, 0.1 * DEG);
+        SwingConfig::quiet(body, axis, StartPrior::released(0.0, 120.0), 2e-3 * DEG * DEG)
+    }
+
+    pub(in crate::swing::fit) fn problem() -> Problem {
+        let config = config();
+        Problem::new(&config, 0.01, &first_start(&config, 0.1), 0.1)
+    }
+
+    #[test]
+    fn scaled_unknowns_are_unscaled_again() {
+        let problem = problem();
+        let u: Unknowns = core::array::from_fn(|i| 0.1 * i as f64 - 0.3);
+        let back = problem.u(&problem.x(&u));
+        assert!(u.iter().zip(back).all(|(u, back)| (u - back).abs() < 1e-12), "{back:?}");
+    }
+
+    #[test]
+    fn what_is_certain_is_not_moved() {
+        let certain = SwingConfig { swing_damping_sigma: 0.0, ..config() };
+        let problem = Problem::new(&certain, 0.01, &first_start(&certain, 0.1), 0.1);
+        let x = problem.x(&[3.0; UNKNOWNS]);
+        assert!((x[DECAY] - 1.0).abs() < f64::EPSILON);
+        assert!(problem.u(&x)[DECAY].abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn unknowns_stay_within_their_bounds() {
+        let problem = problem();
+        for far in [-1e3, 1e3] {
+            let x = problem.x(&problem.within_bounds([far; UNKNOWNS]));
+            for scale in [x[SCALE_A], x[SCALE_B]] {
+                assert!((0.8 - 1e-12..=1.2 + 1e-12).contains(&scale), "{scale}");
+            }
+            assert!(x[STIFFNESS] > 0.2 * problem.mean[STIFFNESS]);
+            assert!((-1e-12..=10.0).contains(&x[DECAY]));
+            assert!(x[G1].hypot(x[G2]) < 1.0, "the axis is a direction");
+        }
+    }
+
+    #[test]
+    fn averaged_samples_lie_in_their_middle_and_are_quieter() {
+        let config = config();
+        let one = problem();
+        let two = one.clone().averaging(&config, 0.01, 2);
+        assert!((two.first_s - 0.005).abs() < 1e-15 && (two.step_s - 0.02).abs() < 1e-15);
+        let quieter = (two.inverse_noise / one.inverse_noise).powi(2);
+        assert!((quieter - 2.0).abs() < 1e-12);
+        assert!(two.averaging(&config, 0.01, 1) == one);
+    }
 }

@@ -85,3 +85,55 @@ fn start(
     }
     problem.within_bounds(problem.u(&x))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swing::fit::problem::tests::{config, problem};
+    use crate::swing::fit::walk::Walk;
+
+    /// The rates that a start predicts, without torsion and bias.
+    fn predicted(problem: &Problem, u: &Unknowns) -> Vec<f64> {
+        let mut walk = Walk::new(problem, u);
+        (0..200)
+            .map(|_| {
+                let rate = walk.rate_rad_s();
+                assert!(walk.step(problem));
+                rate
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_start_shows_the_leak_that_was_seen() {
+        let config = config();
+        let problem = problem();
+        let frequency = config.body.swing_frequency_rad_s();
+        // 0.1° of swing: coning and the moments' difference are far below a percent of its leak.
+        let swing_rad = 1.7e-3;
+        let (c, s) = (0.6, -0.8);
+        let size = config.axis.tilt_rad() * frequency * swing_rad;
+        let leak = Leak { frequency_rad_s: frequency, coefficients_rad_s: [c * size, s * size] };
+        let all = starts(&problem, &leak, swing_rad, Hypotheses::STANDARD);
+        assert_eq!(all.len(), 25);
+        for u in &all {
+            for (k, rate) in predicted(&problem, u).into_iter().enumerate() {
+                let phase = frequency * 0.01 * k as f64;
+                let seen = size * (c * phase.cos() + s * phase.sin());
+                assert!((rate - seen).abs() < 0.02 * size, "{k}: {rate:e} for {seen:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_hidden_differs_from_start_to_start() {
+        let problem = problem();
+        let leak = Leak { frequency_rad_s: 9.9, coefficients_rad_s: [1e-3, 0.0] };
+        let all = starts(&problem, &leak, 0.1, Hypotheses::DENSE);
+        assert_eq!(all.len(), 73);
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[..i].iter().all(|b| a != b), "{i}");
+        }
+        assert_eq!(starts(&problem, &leak, 0.1, Hypotheses::NONE).len(), 1);
+    }
+}

@@ -78,3 +78,66 @@ impl Verdict<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swing::fit::problem::tests::problem;
+    use crate::swing::fit::problem::{EX, UNKNOWNS};
+    use std::vec::Vec;
+
+    const GOOD: Leftover =
+        Leftover { mean_max: 4.0, square_max: 1.0, tilt_max_rad: 0.1, samples: 6000 };
+
+    /// The verdict on ends that differ from the prior by so many sigmas in one unknown each.
+    fn verdict(ends: &[(usize, f64)], leftover: Leftover) -> Result<AcceptedFit, Rejection> {
+        let problem = problem();
+        let ends: Vec<Descent> = ends
+            .iter()
+            .map(|(unknown, sigmas)| {
+                let mut u = [0.0; UNKNOWNS];
+                u[*unknown] = *sigmas;
+                Descent::new(&problem, u)
+            })
+            .collect();
+        Verdict { problem: &problem, ends: &ends, leftover, window: 6000 }.fit(6000, 0, false)
+    }
+
+    #[test]
+    fn a_good_end_is_taken_with_the_claim_of_its_normal_equations() {
+        let fit = verdict(&[(EX, 1.0)], GOOD).unwrap();
+        // Without a sample the claim is the prior: 100 degrees of twist.
+        let sigma = fit.belief.covariance[TWIST][TWIST].sqrt().to_degrees();
+        assert!((sigma - 100.0).abs() < 1e-9, "{sigma}");
+        assert!((fit.belief.mean[EX] - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_left_must_be_noise() {
+        for (leftover, accepted) in [
+            (GOOD, true),
+            (Leftover { mean_max: 5.3, ..GOOD }, false),
+            (Leftover { mean_max: f64::INFINITY, ..GOOD }, false),
+            (Leftover { square_max: 5.1, ..GOOD }, false),
+            (Leftover { square_max: f64::NAN, ..GOOD }, false),
+            (Leftover { samples: 5401, ..GOOD }, true),
+            (Leftover { samples: 5399, ..GOOD }, false),
+        ] {
+            assert_eq!(verdict(&[(EX, 1.0)], leftover).is_ok(), accepted, "{leftover:?}");
+        }
+        // A cost of 82² over 6000 samples is 1.121.
+        assert!(matches!(verdict(&[(EX, 82.0)], GOOD), Err(Rejection::Cost { .. })));
+        assert!(verdict(&[(EX, 81.9)], GOOD).is_ok());
+        assert_eq!(verdict(&[], GOOD), Err(Rejection::NoMotion));
+    }
+
+    #[test]
+    fn another_twist_that_fits_as_well_is_another_answer() {
+        let rejection = verdict(&[(EX, 0.0), (TWIST, 4.0)], GOOD).unwrap_err();
+        assert!(matches!(rejection, Rejection::Ambiguous { .. }), "{rejection}");
+        // A worse one, a mirror image, and a twist that is hardly another.
+        for (unknown, sigmas) in [(TWIST, 5.1), (EX, 4.0), (TWIST, 2.9)] {
+            assert!(verdict(&[(EX, 0.0), (unknown, sigmas)], GOOD).is_ok(), "{unknown} {sigmas}");
+        }
+    }
+}
