@@ -8,7 +8,7 @@ pub(super) const LENGTHS: [u16; 12] = [3, 4, 6, 8, 16, 32, 64, 128, 256, 512, 10
 pub(super) const LENGTH_MAX: usize = 2048;
 /// Normalised innovations are clipped here, so that an outlier weighs no more than three ordinary
 /// samples of one sign. The shortest window can then not fire alone: 3·3 < 5.25·√3.
-pub(super) const CLIP: f64 = 3.0;
+pub(crate) const CLIP: f64 = 3.0;
 /// Half width of the gate for single samples, standard deviations.
 pub(crate) const GATE: f64 = 5.0;
 /// What the measurement variance of a gated sample is multiplied by.
@@ -72,14 +72,14 @@ fn upper_quantile(tail: f64) -> f64 {
 
 /// The windows of one test, ready for use.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Windows {
+pub(crate) struct Windows {
     thresholds: [f64; LENGTHS.len()],
     /// 1/(threshold·√L).
     weights: [f64; LENGTHS.len()],
 }
 
 impl Windows {
-    pub(super) fn new(test: &InnovationTest) -> Self {
+    pub(crate) fn new(test: &InnovationTest) -> Self {
         let thresholds = LENGTHS.map(|length| test.threshold(length));
         let weight = |k: usize| 1.0 / (thresholds[k] * libm::sqrt(f64::from(LENGTHS[k])));
         Self { thresholds, weights: core::array::from_fn(weight) }
@@ -88,7 +88,7 @@ impl Windows {
     /// Whether any of the windows within `reach` samples is beyond its threshold; `sum_over` gives
     /// the sum of the clipped innovations of the last so many samples.
     #[inline(always)]
-    pub(super) fn any_beyond(&self, reach: usize, sum_over: impl Fn(usize) -> f64) -> bool {
+    pub(crate) fn any_beyond(&self, reach: usize, sum_over: impl Fn(usize) -> f64) -> bool {
         let mut beyond = false;
         for (length, weight) in LENGTHS.into_iter().zip(self.weights) {
             let length = usize::from(length);
@@ -99,7 +99,7 @@ impl Windows {
     }
 
     /// Length of the window that is furthest beyond its threshold.
-    pub(super) fn furthest(&self, reach: usize, sum_over: impl Fn(usize) -> f64) -> usize {
+    pub(crate) fn furthest(&self, reach: usize, sum_over: impl Fn(usize) -> f64) -> usize {
         let mut furthest = (f64::NEG_INFINITY, usize::from(LENGTHS[0]));
         for (length, threshold) in LENGTHS.into_iter().zip(self.thresholds) {
             let (length, root) = (usize::from(length), libm::sqrt(f64::from(length)));
