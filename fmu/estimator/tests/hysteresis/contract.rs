@@ -1,6 +1,8 @@
 //! What the bank and its filters promise as every estimator does, and what becomes of a bank whose
 //! members fail.
 
+#![expect(clippy::float_cmp, reason = "what was restored or left alone is equal to the bit")]
+
 use crate::rig::{Run, START_DEG, STEP_S, Thread, config};
 use struna_estimator::{
     AugmentedConfig, DahlFilter, EstimatorError, GyroRange, HysteresisBank, RateEstimator,
