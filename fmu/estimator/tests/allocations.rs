@@ -1,11 +1,13 @@
-//! Once it is made, the filter with innovation test allocates nothing: not in a step, not in an
-//! alarm with its roll-back, not when it is saved.
+//! Once they are made, the filter with innovation test and the bank for threads that yield allocate
+//! nothing: not in a step, not in an alarm with its roll-back, not when they are saved.
 
 #![expect(unsafe_code, reason = "counting allocations takes an allocator of its own")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use struna_estimator::{AugmentedConfig, InnovationTest, RateEstimator, StartPrior, TestedFilter};
+use struna_estimator::{
+    AugmentedConfig, HysteresisBank, InnovationTest, RateEstimator, StartPrior, TestedFilter,
+};
 
 /// The system's allocator, counting.
 struct Counting;
@@ -33,22 +35,33 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-#[test]
-fn no_step_and_no_roll_back_allocates() {
-    let start = StartPrior::released(6.0, 480.0);
-    let config = AugmentedConfig::quiet(start, 6e-7);
-    let mut filter = TestedFilter::new(&config, &InnovationTest::STANDARD).expect("a filter");
-    let mut bytes = vec![0; filter.saved_len()];
+fn config() -> AugmentedConfig {
+    AugmentedConfig::quiet(StartPrior::released(6.0, 480.0), 6e-7)
+}
+
+/// Allocations in 200 s of a body that is struck by 0.05 rad/s after 100 s, and in a save.
+fn allocations_of(estimator: &mut impl RateEstimator) -> u64 {
+    let mut bytes = vec![0; estimator.saved_len()];
     let before = ALLOCATIONS.get();
     for k in 1..=20_000_u32 {
         let time_s = f64::from(k) * 0.01;
-        // A blow of 0.05 rad/s after 100 s.
         let blow_rad_s = if k > 10_000 { 0.05 } else { 0.0 };
         let rate_rad_s = -0.0785 * (0.01309 * time_s).sin() + blow_rad_s;
-        filter.step(0.01, rate_rad_s).expect("a step");
+        estimator.predict(0.01).expect("a prediction");
+        estimator.update(rate_rad_s).expect("an update");
     }
-    filter.save(&mut bytes);
-    let allocated = ALLOCATIONS.get() - before;
+    estimator.save(&mut bytes);
+    ALLOCATIONS.get() - before
+}
+
+#[test]
+fn no_step_and_no_roll_back_allocates() {
+    let mut filter = TestedFilter::new(&config(), &InnovationTest::STANDARD).expect("a filter");
+    let allocated = allocations_of(&mut filter);
     assert!(filter.alarms() > 0, "the blow raised an alarm");
+    assert_eq!(allocated, 0, "{allocated} allocations");
+    let mut bank = HysteresisBank::new(&config()).expect("a bank");
+    let allocated = allocations_of(&mut bank);
+    assert!(bank.alarms() > 0, "the blow raised an alarm");
     assert_eq!(allocated, 0, "{allocated} allocations");
 }

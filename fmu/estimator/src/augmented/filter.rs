@@ -297,20 +297,22 @@ impl AugmentedFilter {
         self.model.innovation(expected.residual, expected.spread)
     }
 
-    /// Takes a rate in with `variance_factor` times R, once the own rate has become more uncertain
-    /// by `kick_variance`: all of it, or nothing.
+    /// Takes a rate in with `variance_factor` times R: all of it, or nothing.
     #[inline(always)]
     pub(crate) fn absorb(
         &mut self,
         rate_rad_s: f64,
         variance_factor: f64,
-        kick_variance: f64,
     ) -> Result<(), EstimatorError> {
-        let mut state = self.state;
-        state.p.ww += kick_variance;
-        let state = state.updated(&state.expect(rate_rad_s), variance_factor * self.model.r);
+        let expected = self.state.expect(rate_rad_s);
+        let state = self.state.updated(&expected, variance_factor * self.model.r);
         self.state = self.model.bounded(state).judged()?;
         Ok(())
+    }
+
+    /// Makes the rate more uncertain.
+    pub(crate) fn widen_rate(&mut self, variance: f64) {
+        self.state.p.ww += variance;
     }
 
     /// Whether a gyro of this range would have spoilt the sample, by what was expected of it.

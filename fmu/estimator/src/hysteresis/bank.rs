@@ -3,8 +3,10 @@
 
 use super::config::YieldPrior;
 use super::filter::{DahlFilter, LearntYield};
-use super::member::{Seat, Taken};
+use super::member::{MEMBERS, Seats, Taken};
+use super::memory::{Memory, Sample};
 use crate::augmented::watch::Watch;
+use crate::augmented::windows::{CLIP, InnovationTest, Windows};
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::state_bytes::{Reader, RestoreError, Writer};
@@ -13,11 +15,6 @@ use crate::{
     LearntParameters, RateEstimator, Status,
 };
 
-/// Members of the bank: the linear thread first, then four that yield.
-pub const MEMBERS: usize = 5;
-/// Members that yield.
-const YIELDING: usize = MEMBERS - 1;
-
 /// Weights are likelihoods to this power. Innovations of neighbouring samples share whatever the
 /// models lack, so their product claims more than it knows.
 const TEMPER: f64 = 0.5;
@@ -25,6 +22,8 @@ const TEMPER: f64 = 0.5;
 const ANNOUNCED_LEAD: f64 = 10.0;
 /// How many of its standard deviations a rate must differ from none to be motion.
 const MOTION_SIGMAS: f64 = 5.0;
+/// Samples at the end of a re-run that are not gated: they may be the kick itself.
+const UNGATED: u64 = 3;
 
 /// Bank of Kalman filters for a thread that may yield, and its belief their mixture.
 ///
@@ -33,8 +32,10 @@ const MOTION_SIGMAS: f64 = 5.0;
 /// the thread does not yield: use it where [`TestedFilter`](crate::TestedFilter) doubts its model
 /// and nothing visible struck the body.
 ///
-/// Each member has a gate for outliers and may be struck: three samples in a row and on one side
-/// beyond five sigma widen its rate. There is no roll-back and no test for kicks below that.
+/// Each member has a gate for outliers, and the leading one's innovations are tested for kicks as
+/// those of [`TestedFilter`](crate::TestedFilter) are, over windows up to 256 samples. On an alarm
+/// all members go back to before the kick and run again, their rates as uncertain as the kick was
+/// large. What that takes, some 50 kB, is allocated once, when the bank is made.
 ///
 /// A body that has not moved yet shows nothing: until a rate is seen that differs from none, the
 /// belief claims no more of the angle than was known at the start.
@@ -43,30 +44,16 @@ const MOTION_SIGMAS: f64 = 5.0;
 /// others.
 #[derive(Debug, Clone)]
 pub struct HysteresisBank {
-    linear: Seat<AugmentedFilter>,
-    yielding: [Seat<DahlFilter>; YIELDING],
+    seats: Seats,
+    windows: Windows,
+    kick_floor_variance: f64,
     /// Variance of the angle that was believed at the start, rad².
     start_variance_rad2: f64,
     has_moved: bool,
     /// Seconds predicted since the last measurement.
     since_update_s: f64,
+    memory: Memory,
     watch: Watch,
-}
-
-/// Runs one expression for whichever member has the given place.
-macro_rules! at_place {
-    ($bank:expr, $place:expr, $seat:ident => $body:expr) => {
-        match $place {
-            0 => {
-                let $seat = &$bank.linear;
-                $body
-            }
-            k => {
-                let $seat = &$bank.yielding[k - 1];
-                $body
-            }
-        }
-    };
 }
 
 impl HysteresisBank {
@@ -86,16 +73,17 @@ impl HysteresisBank {
         config: &AugmentedConfig,
         priors: &[YieldPrior; MEMBERS - 1],
     ) -> Result<Self, ConfigError> {
-        let linear = AugmentedFilter::new(config)?;
-        let [a, b, c, d] = priors;
-        let seat = |prior| DahlFilter::new(config, prior).map(Seat::new);
+        let test = InnovationTest::STANDARD;
+        let seats = Seats::new(config, priors)?;
         Ok(Self {
-            start_variance_rad2: linear.belief().covariance.angle_rad2,
-            linear: Seat::new(linear),
-            yielding: [seat(a)?, seat(b)?, seat(c)?, seat(d)?],
+            windows: Windows::new(&test),
+            kick_floor_variance: test.kick_floor_rad_s * test.kick_floor_rad_s,
+            start_variance_rad2: seats.linear.filter.belief().covariance.angle_rad2,
             has_moved: false,
             since_update_s: 0.0,
+            memory: Memory::new(&seats),
             watch: Watch::default(),
+            seats,
         })
     }
 
@@ -112,7 +100,7 @@ impl HysteresisBank {
     /// has none.
     #[must_use]
     pub fn weights(&self) -> [f64; MEMBERS] {
-        let likelihoods = self.log_likelihoods();
+        let likelihoods = self.seats.log_likelihoods();
         let best = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let raw = likelihoods.map(|likelihood| libm::exp(TEMPER * (likelihood - best)));
         let sum: f64 = raw.iter().sum();
@@ -123,34 +111,40 @@ impl HysteresisBank {
     /// one of the two sides has been dropped.
     #[must_use]
     pub fn yield_lead(&self) -> f64 {
-        let [linear, yielding @ ..] = self.log_likelihoods();
+        let [linear, yielding @ ..] = self.seats.log_likelihoods();
         yielding.into_iter().fold(f64::NEG_INFINITY, f64::max) - linear
     }
 
     /// Place of the member with the largest likelihood, 0 for the linear thread.
     #[must_use]
     pub fn leader(&self) -> usize {
-        let likelihoods = self.log_likelihoods();
-        (1..MEMBERS).fold(0, |best, k| if likelihoods[k] > likelihoods[best] { k } else { best })
+        self.seats.leader()
+    }
+
+    /// Alarms of the innovation test so far.
+    #[must_use]
+    pub fn alarms(&self) -> u64 {
+        self.watch.alarms()
     }
 
     /// The filter of the linear thread, unless it has been dropped.
     #[must_use]
     pub fn linear_member(&self) -> Option<&AugmentedFilter> {
-        self.linear.is_taken.then_some(&self.linear.filter)
+        let seat = &self.seats.linear;
+        seat.is_taken.then_some(&seat.filter)
     }
 
     /// The filters of threads that yield; none where one has been dropped.
     #[must_use]
     pub fn yielding_members(&self) -> [Option<&DahlFilter>; MEMBERS - 1] {
-        self.yielding.each_ref().map(|seat| seat.is_taken.then_some(&seat.filter))
+        self.seats.yielding.each_ref().map(|seat| seat.is_taken.then_some(&seat.filter))
     }
 
     /// The friction that the best member that yields believes in, if one is left. It means nothing
     /// where the linear thread leads.
     #[must_use]
     pub fn leading_yield(&self) -> Option<LearntYield> {
-        let taken = self.yielding.iter().filter(|seat| seat.is_taken);
+        let taken = self.seats.yielding.iter().filter(|seat| seat.is_taken);
         let best = taken.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
         Some(best.filter.learnt_yield())
     }
@@ -161,7 +155,7 @@ impl HysteresisBank {
     pub fn yield_angle_rad(&self) -> Option<(f64, f64)> {
         let [_, weights @ ..] = self.weights();
         let all = || {
-            let taken = self.yielding.iter().zip(weights).filter(|(seat, _)| seat.is_taken);
+            let taken = self.seats.yielding.iter().zip(weights).filter(|(seat, _)| seat.is_taken);
             taken.map(|(seat, weight)| (seat.filter.learnt_yield(), weight))
         };
         let sum: f64 = all().map(|(_, weight)| weight).sum();
@@ -187,84 +181,69 @@ impl HysteresisBank {
     /// The leader's belief as a filter of the linear thread.
     fn leading_linear(&self) -> AugmentedFilter {
         match self.leader() {
-            0 => self.linear.filter.clone(),
-            k => self.yielding[k - 1].filter.linear(),
-        }
-    }
-
-    /// −∞ for those that were dropped.
-    fn log_likelihoods(&self) -> [f64; MEMBERS] {
-        core::array::from_fn(|k| {
-            at_place!(self, k, seat => {
-                if seat.is_taken { seat.log_likelihood } else { f64::NEG_INFINITY }
-            })
-        })
-    }
-
-    /// Runs `call` on every member, drops those that refuse it, and gives the leader's answer. When
-    /// all refuse, none is dropped.
-    #[inline]
-    fn each<T: Copy>(
-        &mut self,
-        mut linear: impl FnMut(&mut Seat<AugmentedFilter>) -> Result<T, EstimatorError>,
-        mut yielding: impl FnMut(&mut Seat<DahlFilter>) -> Result<T, EstimatorError>,
-    ) -> Result<T, EstimatorError> {
-        let leader = self.leader();
-        let mut answers = [None; MEMBERS];
-        if self.linear.is_taken {
-            answers[0] = Some(linear(&mut self.linear));
-        }
-        for (seat, answer) in self.yielding.iter_mut().zip(&mut answers[1..]) {
-            if seat.is_taken {
-                *answer = Some(yielding(seat));
-            }
-        }
-        let answered = answers.iter().flatten().any(Result::is_ok);
-        if answered {
-            let holds = |answer: &Option<Result<T, _>>| matches!(answer, Some(Ok(_)));
-            self.linear.is_taken = holds(&answers[0]);
-            for (seat, answer) in self.yielding.iter_mut().zip(&answers[1..]) {
-                seat.is_taken = holds(answer);
-            }
-        }
-        let first = answers.iter().flatten().find(|answer| answer.is_ok() == answered);
-        match answers[leader] {
-            Some(Ok(answer)) => Ok(answer),
-            _ => *first.unwrap_or(&Err(EstimatorError::Overflow)),
-        }
-    }
-
-    /// Keeps the largest log-likelihood at zero, so that their differences never drown.
-    fn level(&mut self) {
-        let best = self.log_likelihoods().into_iter().fold(f64::NEG_INFINITY, f64::max);
-        self.linear.log_likelihood -= best;
-        for seat in &mut self.yielding {
-            seat.log_likelihood -= best;
+            0 => self.seats.linear.filter.clone(),
+            k => self.seats.yielding[k - 1].filter.linear(),
         }
     }
 
     /// Whether the leading member sees a rate that differs from none.
     fn sees_motion(&self) -> bool {
-        let Some(belief) = at_place!(self, self.leader(), seat => seat.belief()) else {
+        let Some(belief) = self.seats.belief(self.leader()) else {
             return false;
         };
         let rate2 = belief.rate_rad_s * belief.rate_rad_s;
         rate2 > MOTION_SIGMAS * MOTION_SIGMAS * belief.covariance.rate_rad2_s2
     }
 
+    /// Notes a measurement that is not used.
     fn pass_over(&mut self) {
-        self.watch.over_range(self.since_update_s);
-        self.since_update_s = 0.0;
+        let span_s = core::mem::take(&mut self.since_update_s);
+        let sample = Sample { span_s, rate_rad_s: None, residual_rad_s: 0.0 };
+        self.memory.push(sample, 0.0, &self.seats);
+        self.watch.over_range(span_s);
+    }
+
+    /// Goes back, runs again, and starts afresh from there.
+    #[cold]
+    #[inline(never)]
+    fn raise_alarm(&mut self) {
+        let memory = &self.memory;
+        let length = self.windows.furthest(memory.reach(), |length| memory.sum_over(length));
+        // A re-run that leaves the range of floating point is given up; what stands, stands.
+        if let Ok(seats) = self.rerun(length) {
+            self.seats = seats;
+        }
+        self.memory.reset(&self.seats);
+        self.watch.alarm();
+    }
+
+    /// The members now, had a kick as large as the window shows been reckoned with from before it.
+    fn rerun(&self, length: usize) -> Result<Seats, EstimatorError> {
+        let kick_rad_s = self.memory.mean_residual_rad_s(length);
+        let way = self.memory.way_back(length);
+        let inflation = 4.0 * kick_rad_s * kick_rad_s + self.kick_floor_variance;
+        let inflation = in_range(inflation / way.doubted as f64)?;
+        let mut seats = way.seats.clone();
+        for (k, sample) in (1..=way.count).zip(self.memory.latest(way.count)) {
+            seats.predict(sample.span_s)?;
+            if k + way.doubted > way.count {
+                seats.widen_rates(inflation);
+            }
+            if let Some(rate_rad_s) = sample.rate_rad_s {
+                seats.update(rate_rad_s, k + UNGATED <= way.count)?;
+            }
+        }
+        Ok(seats)
     }
 }
 
-/// An update may grow variances: a member's that was struck, and the mixture's when a member that
-/// disagrees gains weight.
+/// An update may grow variances: all of them when it raises an alarm, and the mixture's when a
+/// member that disagrees gains weight.
 impl RateEstimator for HysteresisBank {
     fn predict(&mut self, span_s: f64) -> Result<(), EstimatorError> {
         check_span(span_s)?;
         let since_update_s = in_range(self.since_update_s + span_s)?;
-        self.each(|seat| seat.filter.predict(span_s), |seat| seat.filter.predict(span_s))?;
+        self.seats.predict(span_s)?;
         self.since_update_s = since_update_s;
         Ok(())
     }
@@ -273,22 +252,21 @@ impl RateEstimator for HysteresisBank {
     /// is judged, and then left out.
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         check_measurement(rate_rad_s)?;
-        let judged = at_place!(self, self.leader(), seat => {
-            let judged = seat.filter.judge(rate_rad_s);
-            judged.map(|i| (i, seat.filter.is_over_range(rate_rad_s, i.residual_rad_s)))
-        });
-        if let Ok((innovation, true)) = judged {
+        if let Ok((innovation, true)) = self.seats.judge(rate_rad_s) {
             self.pass_over();
             return Ok(innovation);
         }
-        let taken = self.each(|seat| seat.update(rate_rad_s), |seat| seat.update(rate_rad_s))?;
-        let Taken { innovation, gated, struck } = taken;
-        self.level();
-        self.watch.used(self.since_update_s, (!gated).then(|| innovation.nis()));
-        if struck {
-            self.watch.alarm();
+        let Taken { innovation, gated } = self.seats.update(rate_rad_s, true)?;
+        let span_s = core::mem::take(&mut self.since_update_s);
+        let residual_rad_s = innovation.residual_rad_s;
+        let normalised = residual_rad_s / libm::sqrt(innovation.variance_rad2_s2);
+        let sample = Sample { span_s, rate_rad_s: Some(rate_rad_s), residual_rad_s };
+        self.memory.push(sample, normalised.clamp(-CLIP, CLIP), &self.seats);
+        self.watch.used(span_s, (!gated).then_some(normalised * normalised));
+        let memory = &self.memory;
+        if self.windows.any_beyond(memory.reach(), |length| memory.sum_over(length)) {
+            self.raise_alarm();
         }
-        self.since_update_s = 0.0;
         self.has_moved = self.has_moved || self.sees_motion();
         Ok(innovation)
     }
@@ -296,15 +274,14 @@ impl RateEstimator for HysteresisBank {
     /// It is judged by the leading member, and left out.
     fn update_over_range(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         check_measurement(rate_rad_s)?;
-        let innovation = at_place!(self, self.leader(), seat => seat.filter.judge(rate_rad_s))?;
+        let (innovation, _) = self.seats.judge(rate_rad_s)?;
         self.pass_over();
         Ok(innovation)
     }
 
     fn belief(&self) -> Belief {
         let weights = self.weights();
-        let beliefs: [Option<Belief>; MEMBERS] =
-            core::array::from_fn(|k| at_place!(self, k, seat => seat.belief()));
+        let beliefs: [Option<Belief>; MEMBERS] = core::array::from_fn(|k| self.seats.belief(k));
         let mut belief = mixture(&beliefs, &weights);
         if !self.has_moved {
             let variance = &mut belief.covariance.angle_rad2;
@@ -327,34 +304,26 @@ impl RateEstimator for HysteresisBank {
     }
 
     fn saved_len(&self) -> usize {
-        let yielding: usize = self.yielding.iter().map(Seat::saved_len).sum();
-        self.linear.saved_len() + yielding + 8 + 8 + Watch::SAVED_LEN
+        self.seats.saved_len() + 8 + 8 + Watch::SAVED_LEN + self.memory.saved_len()
     }
 
     fn save(&self, out: &mut [u8]) {
         let mut out = Writer::new(out);
-        self.linear.write(&mut out);
-        for seat in &self.yielding {
-            seat.write(&mut out);
-        }
+        self.seats.write(&mut out);
         out.u64(u64::from(self.has_moved));
         out.f64(self.since_update_s);
         self.watch.write(&mut out);
+        self.memory.write(&mut out);
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
         let mut bytes = Reader::new(bytes, self.saved_len())?;
         let mut bank = self.clone();
-        bank.linear.read(&mut bytes)?;
-        for seat in &mut bank.yielding {
-            seat.read(&mut bytes)?;
-        }
+        bank.seats.read(&mut bytes)?;
         bank.has_moved = bytes.u64() != 0;
         bank.since_update_s = bytes.finite("since_update_s")?;
         bank.watch = Watch::read(&mut bytes)?;
-        if bank.log_likelihoods().iter().all(|likelihood| *likelihood == f64::NEG_INFINITY) {
-            return Err(RestoreError::Impossible);
-        }
+        bank.memory.read(&mut bytes)?;
         *self = bank;
         Ok(())
     }

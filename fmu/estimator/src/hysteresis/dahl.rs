@@ -411,8 +411,8 @@ mod tests {
             let f = libm::exp(mean[LN_F]);
             let sigma = [1e-4, 1e-3, 1e-6, 1e-4, 1e-3, 0.3 * f, 0.7, 0.6];
             let mut state = DahlState { mean, p: [[0.0; N]; N] };
-            for i in 0..N {
-                state.p[i][i] = sigma[i] * sigma[i];
+            for (i, sigma) in sigma.into_iter().enumerate() {
+                state.p[i][i] = sigma * sigma;
             }
             for k in 0..500 {
                 state = state.predicted(h, &friction);

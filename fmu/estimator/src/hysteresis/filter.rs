@@ -118,21 +118,22 @@ impl DahlFilter {
         self.linear.innovation(expected.residual, expected.spread)
     }
 
-    /// Takes a rate in with `variance_factor` times R, once the own rate has become more uncertain
-    /// by `kick_variance`: all of it, or nothing.
+    /// Takes a rate in with `variance_factor` times R: all of it, or nothing.
     pub(super) fn absorb(
         &mut self,
         rate_rad_s: f64,
         variance_factor: f64,
-        kick_variance: f64,
     ) -> Result<(), EstimatorError> {
-        let mut state = self.state;
-        state.p[RATE][RATE] += kick_variance;
         let r = variance_factor * self.linear.measurement_variance();
-        let mut state = state.updated(&state.expect(rate_rad_s), r);
+        let mut state = self.state.updated(&self.state.expect(rate_rad_s), r);
         self.keep_within_bounds(&mut state);
         self.state = state.judged()?;
         Ok(())
+    }
+
+    /// Makes the rate more uncertain.
+    pub(super) fn widen_rate(&mut self, variance: f64) {
+        self.state.p[RATE][RATE] += variance;
     }
 
     pub(super) fn is_over_range(&self, rate_rad_s: f64, residual_rad_s: f64) -> bool {
@@ -189,7 +190,7 @@ impl RateEstimator for DahlFilter {
         check_measurement(rate_rad_s)?;
         let innovation = self.judge(rate_rad_s)?;
         if !self.linear.is_over_range(rate_rad_s, innovation.residual_rad_s) {
-            self.absorb(rate_rad_s, 1.0, 0.0)?;
+            self.absorb(rate_rad_s, 1.0)?;
         }
         Ok(innovation)
     }

@@ -17,7 +17,9 @@ mod config;
 mod dahl;
 mod filter;
 mod member;
+mod memory;
 
-pub use bank::{HysteresisBank, MEMBERS};
+pub use bank::HysteresisBank;
 pub use config::YieldPrior;
 pub use filter::{DahlFilter, LearntYield};
+pub use member::MEMBERS;

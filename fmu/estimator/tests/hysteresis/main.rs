@@ -8,6 +8,7 @@
 //! The figures in the documentation are those of 40 runs a case: set `STRUNA_HYSTERESIS_RUNS`.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+#![expect(clippy::print_stdout, reason = "the figures that the documentation quotes")]
 
 mod accuracy;
 mod campaign;
