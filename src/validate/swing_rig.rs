@@ -171,8 +171,8 @@ impl SwingRig {
             rate_sigma_rad_s: RAD_PER_DEG,
             ..StartPrior::released(TAU + self.start_error_rad, PERIOD_S)
         };
-        // A gyro off the axis feels the cosine of the twist rate. Estimators of pure torsion know of
-        // no axis, and to them that is a scale factor: 1.5e-4 for one degree.
+        // A gyro off the axis feels the cosine of the twist rate. Estimators of pure torsion know
+        // of no axis, and to them that is a scale factor: 1.5e-4 for one degree.
         let tilt = self.calibrated.tilt_b_rad.iter().map(|tilt| tilt * tilt).sum::<f64>();
         let scale_factor_sigma = 1.0 - (1.0 - tilt).sqrt();
         AugmentedConfig { scale_factor_sigma, ..AugmentedConfig::quiet(start, R_RAD2_S2) }
@@ -231,7 +231,7 @@ fn start(shape: &Shape, azimuth: f64, sense: f64) -> StartState {
     let r = -(e[0] * p + e[1] * q) / (1.0 + swing_rad.cos());
     StartState {
         tilt_rad: swing_rad,
-        // Rᵀ·z of a swing by θ about the azimuth α, after a twist τ: sin θ·(sin(α − τ), cos(α − τ)).
+        // Rᵀ·z of a swing by θ about the azimuth α after a twist τ: sin θ·(sin(α − τ), cos(α − τ)).
         tilt_azimuth_rad: e[0].atan2(e[1]) + TAU,
         twist_rad: TAU,
         omega_wb_b_rad_s: [p, q, r],
