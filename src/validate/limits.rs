@@ -73,7 +73,7 @@ fn requirements() -> Vec<Requirement> {
         }
         // Four degrees of freedom, for one of the five prior errors is always zero, to five.
         all.push(of(Statistic::Nees, 3.0..=6.5));
-        all.push(of(Statistic::ShareAbove(Column::EndSigmas, 3.0), 0.0..=0.03));
+        all.push(of(Statistic::ShareAbove(Column::EndSigmas, 3.0), 0.0..=0.04));
         if calm {
             all.push(of(Statistic::Mean(Column::NisMean), 0.98..=1.02));
             all.push(of(Statistic::Count(Column::Alarms), 0.0..=0.3));

@@ -21,8 +21,8 @@ pub(super) struct Schedule {
 pub(super) struct Truth {
     /// All that can be known.
     pub(super) state: TrueState,
-    /// Whether what is claimed of the whole state is judged now; not within a kick's first
-    /// seconds, in which nothing can know of it.
+    /// Whether what is claimed of the whole state is judged now; not within a kick and the
+    /// first seconds after it, in which nothing can know of it.
     pub(super) settled: bool,
 }
 

@@ -93,7 +93,12 @@ impl Chart {
         for (x, y, name) in &self.marks {
             let at = plane.at((*x, *y));
             area.draw(&Circle::new(at, 9, INK.stroke_width(2)))?;
-            write(area, name, (at.0, at.1 + 14), (HPos::Center, VPos::Top), INK)?;
+            // Below, for a least value is the bottom of its curve; above where the frame ends.
+            let (y, side) = match at.1 {
+                y if y + 40 > plane.frame[3] => (y - 14, VPos::Bottom),
+                y => (y + 14, VPos::Top),
+            };
+            write(area, name, (at.0, y), (HPos::Center, side), INK)?;
         }
         Ok(())
     }
