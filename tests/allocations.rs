@@ -46,15 +46,37 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Beside the demo's estimators.
+const MORE: &str = "
+[[estimator]]
+name = \"bank\"
+kind = \"hysteresis-bank\"
+run_as = \"in-process\"
+torsion_period_s = 480.0
+measurement_sigma_deg_s = 0.0117
+[[estimator]]
+name = \"live\"
+kind = \"live\"
+run_as = \"in-process\"
+torsion_period_s = 480.0
+measurement_sigma_deg_s = 0.0117
+[[estimator]]
+name = \"alone\"
+kind = \"augmented-torsion\"
+run_as = \"in-process\"
+torsion_period_s = 480.0
+measurement_sigma_deg_s = 0.0117
+";
+
 /// 3000 gyro frames of the demo, then the pipeline fed with them: estimators in process and as FMUs
 /// of both versions. An FMU's library has an allocator of its own, out of sight here; it runs the
 /// code that is counted in process.
 #[test]
 fn no_sample_allocates_from_decoder_to_estimate() {
-    let text = include_str!("../scenarios/demo.toml");
-    let mut scenario = Scenario::parse(text, Path::new("demo.toml")).expect("the demo parses");
+    let text = [include_str!("../scenarios/demo.toml"), MORE].concat();
+    let mut scenario = Scenario::parse(&text, Path::new("demo.toml")).expect("the demo parses");
     for (run_as, tag) in [(RunAs::Fmi2, "fmi2"), (RunAs::InProcess, "inside")] {
-        let mut more = scenario.estimators[1..4].to_vec();
+        let mut more = scenario.estimators[1..].to_vec();
         for plan in &mut more {
             plan.name = format!("{}-{tag}", plan.name);
             plan.run_as = run_as.clone();
