@@ -191,7 +191,8 @@ fn half_a_declaration_and_impossible_bodies_are_refused() {
         let lines = format!("kind = \"live\"\n{LEAST}\n{}", rest.join("\n"));
         let (key, _) = missing.split_once(" = ").expect("a line has a key");
         let said = refusal(&with_estimator(&lines));
-        assert!(said.contains(&format!("`estimator[0].{key}`: missing")), "{said}");
+        assert!(said.contains(&format!("`estimator[0].{key}`")), "{said}");
+        assert!(said.contains("missing; add it"), "{said}");
     }
     for (line, place, remedy) in [
         ("body_mass_kg = 0.0", "body_mass_kg` = 0.0", "greater than 0"),
