@@ -6,13 +6,15 @@
 //! [`TorsionalOscillation`] (undamped torsion of known period). The fourth learns period, damping
 //! and bias while it watches ([`AugmentedFilter`]), and with a test of its own innovations it also
 //! survives kicks and outliers ([`TestedFilter`]). On a thread that yields none of them is right,
-//! and a bank of filters with friction in the thread takes over ([`HysteresisBank`]). All meet the
-//! contract of [`RateEstimator`].
+//! and a bank of filters with friction in the thread takes over ([`HysteresisBank`]). What a live
+//! rig runs is none of them alone but [`LiveEstimator`], which switches between them and says so.
+//! All meet the contract of [`RateEstimator`].
 //!
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
 //! here. Nothing on the predict and update path allocates or panics. No standard library, so that
-//! the filters run on a microcontroller: only [`TestedFilter`] needs an allocator, when it is made.
+//! the filters run on a microcontroller: those with a roll-back need an allocator when they are
+//! made, and a [`SwingFit`] while it works.
 
 #![no_std]
 
@@ -53,8 +55,8 @@ pub use status::Status;
 pub use swing::{
     AcceptedFit, ExpectedRate, FitOutcome, FitStarts, InputAxis, MOTION_PARAMETERS, MOTION_STATES,
     MOTION_TANGENTS, MotionParameters, MotionState, Progress, Rejection, SWING_PRESENT_RAD,
-    SWING_STATES, SWING_UNKNOWNS, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingFit,
-    SwingMeter, SwingMotion, Tangents,
+    SWING_STATES, SwingBelief, SwingBody, SwingConfig, SwingFilter, SwingFit, SwingMeter,
+    SwingMotion, Tangents, ThreeAxisFilter,
 };
 
 /// What an estimator believes: the mean and covariance of (angle, rate).

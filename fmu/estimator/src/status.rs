@@ -29,8 +29,8 @@ pub enum Status {
         /// Seconds since the last sign of it.
         since_s: f64,
     },
-    /// More than three alarms in half a period: the body does not move as assumed. Without visible
-    /// shocks, suspect a thread that yields.
+    /// More than three alarms in half a period, or a thread that yields explains the record far
+    /// better: the body does not move as assumed. Without visible shocks, suspect the thread.
     ModelDoubtful,
     /// The thread yields: it loses energy to hysteresis, and the estimator reckons with that.
     ThreadYields {
@@ -85,9 +85,10 @@ impl fmt::Display for Status {
                 "swinging: angle not yet available, {collected_s:.0} s collected, fit under way"
             ),
             Self::Disturbed { since_s } => write!(f, "disturbed {since_s:.0} s ago"),
-            Self::ModelDoubtful => {
-                f.write_str("model doubtful: more than 3 alarms in half a period")
-            }
+            Self::ModelDoubtful => f.write_str(
+                "model doubtful: alarm after alarm, or a motion that a yielding thread explains \
+                 better; check for shocks, then the thread",
+            ),
             Self::ThreadYields { yield_angle_rad } => {
                 let yield_deg = yield_angle_rad / DEG;
                 write!(f, "thread yields at {yield_deg:.0} deg; angle from the hysteresis filters")

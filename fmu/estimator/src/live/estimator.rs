@@ -300,7 +300,10 @@ impl RateEstimator for LiveEstimator {
                     Status::ThreadYields { yield_angle_rad: learnt.yield_angle_rad }
                 }),
             },
-            Phase::Torsion => self.torsion.status(),
+            Phase::Torsion => match self.torsion.status() {
+                Status::Nominal if self.is_thread_suspect() => Status::ModelDoubtful,
+                status => status,
+            },
             Phase::Unseen => Status::NotObservable,
             _ if self.clock.over_range_s > OVER_RANGE_MAX_S => Status::NotObservable,
             Phase::Fitting(pursuit) => {

@@ -6,8 +6,13 @@ use crate::config::ConfigError;
 use crate::state_bytes::{Reader, RestoreError, Writer};
 use crate::swing::{SWING_PRESENT_RAD, SwingConfig, SwingMeter};
 
-/// Share of the threshold below which a swing counts as gone.
-const GONE: f64 = 2.0 / 3.0;
+/// Share of the least swing of note below which it counts as gone.
+pub(super) const GONE: f64 = 2.0 / 3.0;
+/// What noise alone shows as a swing, in its own standard deviations: present, in each of three
+/// windows, one window in a million; not gone, one in five hundred.
+const NOISE_SIGMAS: (f64, f64) = (4.5, 3.5);
+/// Windows of the meter that fit into the time that it takes to fill them all, halves.
+const METER_HALVES: usize = 19;
 /// Windows in a row that must show a swing. A blow that only turns the body lies in two of them,
 /// which overlap by half, and looks like a swing in both.
 const WINDOWS_SEEN: u32 = 3;
@@ -20,7 +25,7 @@ const CALIBRATED_SIGMAS: f64 = 3.0;
 /// it is calm. Sixty samples of noise alone exceed twice R once in a million blocks.
 const SHAKEN: (f64, f64) = (3.0, 2.0);
 /// Missing samples that are counted one by one; a longer gap hides nothing more.
-const MISSED_MAX: u64 = 1000;
+const MISSED_MAX: f64 = 1000.0;
 
 /// What the gyro's axis lets be seen of a swing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +44,9 @@ pub(super) struct SwingEye {
     sight: Sight,
     meter: Option<SwingMeter>,
     noise: RateNoise,
+    /// Swing that is there, and below which it is gone, rad.
+    present_rad: f64,
+    gone_rad: f64,
     r_rad2_s2: f64,
     period_s: f64,
     verdict: Verdict,
@@ -55,9 +63,9 @@ struct Verdict {
 }
 
 impl Verdict {
-    /// Takes a window's swing in units of the threshold, and what counts as gone.
-    fn window(&mut self, size: f64, gone: f64) {
-        self.seen = if size > 1.0 { self.seen.saturating_add(1) } else { 0 };
+    /// Takes what a window shows, and what counts as present and as gone.
+    fn window(&mut self, size: f64, present: f64, gone: f64) {
+        self.seen = if size > present { self.seen.saturating_add(1) } else { 0 };
         self.calm = if size < gone { self.calm.saturating_add(1) } else { 0 };
         self.has_been_calm |= self.seen == 0;
     }
@@ -69,24 +77,41 @@ impl SwingEye {
         r_rad2_s2: f64,
         period_s: f64,
     ) -> Result<Self, ConfigError> {
-        let (sight, meter) = match swing {
-            None => (Sight::Blind, None),
-            Some(swing) => {
-                let (tilt_rad, sigma_rad) = (swing.axis.tilt_rad(), swing.axis.tilt_sigma_rad);
-                let sharp = tilt_rad > CALIBRATED_SIGMAS * sigma_rad;
-                // Of an axis not calibrated the most that it may be off: the least swing.
-                let most_rad = tilt_rad + if sharp { 0.0 } else { CALIBRATED_SIGMAS * sigma_rad };
-                if most_rad > 0.0 {
-                    let sight = if sharp { Sight::Sharp } else { Sight::Blurred };
-                    let frequency_rad_s = swing.body.swing_frequency_rad_s();
-                    (sight, Some(SwingMeter::new(frequency_rad_s, most_rad, period_s)?))
-                } else {
-                    (Sight::Blind, None)
-                }
-            }
+        let mut eye = Self {
+            sight: Sight::Blind,
+            meter: None,
+            noise: RateNoise::default(),
+            present_rad: SWING_PRESENT_RAD,
+            gone_rad: GONE * SWING_PRESENT_RAD,
+            r_rad2_s2,
+            period_s,
+            verdict: Verdict::default(),
         };
-        let (noise, verdict) = (RateNoise::default(), Verdict::default());
-        Ok(Self { sight, meter, noise, r_rad2_s2, period_s, verdict })
+        if let Some(swing) = swing {
+            eye.look_along(swing)?;
+        }
+        Ok(eye)
+    }
+
+    /// Looks for the swing of a declared body, unless the gyro's axis is the body's for certain.
+    fn look_along(&mut self, swing: &SwingConfig) -> Result<(), ConfigError> {
+        let (tilt_rad, sigma_rad) = (swing.axis.tilt_rad(), swing.axis.tilt_sigma_rad);
+        let is_sharp = tilt_rad > 0.0 && tilt_rad >= CALIBRATED_SIGMAS * sigma_rad;
+        // Of an axis not calibrated the most that it may be off: the least swing.
+        let most_rad = tilt_rad + if is_sharp { 0.0 } else { CALIBRATED_SIGMAS * sigma_rad };
+        if most_rad <= 0.0 {
+            return Ok(());
+        }
+        let frequency_rad_s = swing.body.swing_frequency_rad_s();
+        let meter = SwingMeter::new(frequency_rad_s, most_rad, self.period_s)?;
+        // The amplitude of a sine in n samples of noise has a deviation of √(2R/n) each way.
+        let samples = (2 * meter.samples_to_fill() / METER_HALVES).max(1) as f64;
+        let noise_rad = libm::sqrt(2.0 * self.r_rad2_s2 / samples) / (most_rad * frequency_rad_s);
+        self.present_rad = SWING_PRESENT_RAD.max(NOISE_SIGMAS.0 * noise_rad);
+        self.gone_rad = (GONE * SWING_PRESENT_RAD).max(NOISE_SIGMAS.1 * noise_rad);
+        self.sight = if is_sharp { Sight::Sharp } else { Sight::Blurred };
+        self.meter = Some(meter);
+        Ok(())
     }
 
     /// Takes a sample. True when a block of it has ended and the noise is measured anew.
@@ -98,18 +123,17 @@ impl SwingEye {
         };
         match &mut self.meter {
             Some(meter) => {
-                for _ in 0..missed(sample.span_s, self.period_s) {
-                    if let Some(swing_rad) = meter.push(f64::NAN) {
-                        self.verdict.window(swing_rad / SWING_PRESENT_RAD, GONE);
+                let absent = core::iter::repeat(f64::NAN);
+                let absent = absent.take(missed(sample.span_s, self.period_s));
+                for rate_rad_s in absent.chain([sample.rate_rad_s.unwrap_or(f64::NAN)]) {
+                    if let Some(swing_rad) = meter.push(rate_rad_s) {
+                        self.verdict.window(swing_rad, self.present_rad, self.gone_rad);
                     }
-                }
-                if let Some(swing_rad) = meter.push(sample.rate_rad_s.unwrap_or(f64::NAN)) {
-                    self.verdict.window(swing_rad / SWING_PRESENT_RAD, GONE);
                 }
             }
             None if ended => {
                 let excess = self.noise.latest_about_line_rad2_s2() / self.r_rad2_s2;
-                self.verdict.window(excess / SHAKEN.0, SHAKEN.1 / SHAKEN.0);
+                self.verdict.window(excess, SHAKEN.0, SHAKEN.1);
             }
             None => {}
         }
@@ -136,6 +160,11 @@ impl SwingEye {
         self.verdict.seen > 0
     }
 
+    /// Swing below which it counts as gone, rad.
+    pub(super) fn gone_rad(&self) -> f64 {
+        self.gone_rad
+    }
+
     /// Whether no swing has been seen for 25 s.
     pub(super) fn is_calm(&self) -> bool {
         self.verdict.calm >= WINDOWS_CALM
@@ -156,8 +185,8 @@ impl SwingEye {
 
 /// Samples that a gap of `span_s` has swallowed.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-pub(super) fn missed(span_s: f64, period_s: f64) -> u64 {
-    (libm::rint(span_s / period_s) - 1.0).clamp(0.0, MISSED_MAX as f64) as u64
+pub(super) fn missed(span_s: f64, period_s: f64) -> usize {
+    (libm::rint(span_s / period_s) - 1.0).clamp(0.0, MISSED_MAX) as usize
 }
 
 impl SwingEye {

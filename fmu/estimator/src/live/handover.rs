@@ -2,23 +2,11 @@
 
 use crate::augmented::State;
 use crate::checks::in_range;
-use crate::swing::{AcceptedFit, SWING_STATES, SwingBelief, SwingConfig};
+use crate::swing::{SWING_STATES, SwingBelief, SwingConfig};
 use crate::{EstimatorError, StartPrior};
 
 /// Places of twist, rate about the axis, Ω², 2ζΩ and bias among the states of the swinging body.
 const SHARED: [usize; 5] = [2, 5, 6, 7, 11];
-/// Where the filter's states stand among the unknowns of the fit, which puts the scale of the
-/// swing's decay last.
-const FITTED: [usize; SWING_STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 13, 10, 11, 12];
-
-/// What an accepted fit believes, in the order of the filter's states.
-pub(super) fn belief_of(fit: &AcceptedFit) -> SwingBelief {
-    SwingBelief {
-        mean: FITTED.map(|place| fit.mean[place]),
-        covariance: FITTED.map(|row| FITTED.map(|column| fit.covariance[row][column])),
-    }
-}
-
 /// What is believed of a body that may or may not swing: somewhere to keep a filter ready.
 pub(super) fn ready_of(config: &SwingConfig) -> SwingBelief {
     let start = &config.start;
@@ -48,15 +36,13 @@ pub(super) fn torsion_of(belief: &SwingBelief) -> Result<State, EstimatorError> 
     let covariance = &belief.covariance;
     let shared = SHARED.map(|row| SHARED.map(|column| covariance[row][column]));
     // Rows of the Jacobian of (α, ω, s, d, b): only that of α is not the identity's.
-    let by_twist_and_s = |column: usize| -s * shared[0][column] - twist * shared[2][column];
+    let with: [f64; 5] =
+        core::array::from_fn(|column| -s * shared[0][column] - twist * shared[2][column]);
     let mut rows = shared;
-    for column in 1..5 {
-        rows[0][column] = by_twist_and_s(column);
-        rows[column][0] = rows[0][column];
-    }
-    rows[0][0] = -s * by_twist_and_s(0) - twist * by_twist_and_s(2);
-    // What a filter of pure torsion makes of it would be no oscillation otherwise.
-    if !(s > 0.0) {
+    rows[0] = with;
+    rows[0][0] = -s * with[0] - twist * with[2];
+    // Without a spring a filter of pure torsion has no angle.
+    if s.is_nan() || s <= 0.0 {
         return Err(EstimatorError::Overflow);
     }
     in_range(rows.iter().flatten().sum())?;

@@ -1,7 +1,6 @@
 //! From the first sign of a swing to a filter that follows it: fit, and catching up.
 
 use super::eye::missed;
-use super::handover::belief_of;
 use super::tape::{Sample, Tape};
 use crate::state_bytes::{Reader, RestoreError, Writer};
 use crate::swing::{AcceptedFit, FitOutcome, SwingConfig, SwingFilter, SwingFit};
@@ -99,7 +98,7 @@ impl Pursuit {
     /// Samples that `sample` stands for on the grid of the fit.
     fn places(&self, number: u64, sample: Sample) -> u64 {
         // What went missing before the first sample is not part of the record.
-        if number == self.first { 1 } else { 1 + missed(sample.span_s, self.period_s) }
+        if number == self.first { 1 } else { 1 + missed(sample.span_s, self.period_s) as u64 }
     }
 
     fn give(&mut self, number: u64, sample: Sample) {
@@ -127,8 +126,7 @@ impl Pursuit {
             match self.fit.outcome() {
                 FitOutcome::Accepted(fit) => {
                     let (next, lead_s) = self.end_of(fit, tape, now);
-                    let belief = belief_of(fit);
-                    let started = spare.as_mut().map(|filter| filter.restart(&belief));
+                    let started = spare.as_mut().map(|filter| filter.restart(&fit.belief));
                     let (Some(Ok(())), Some(filter)) = (started, spare.take()) else {
                         return News::Lost;
                     };

@@ -7,7 +7,7 @@ use super::pursuit::{News, Pursuit};
 use super::tape::{Anchors, Sample};
 use crate::augmented::State;
 use crate::hysteresis::HysteresisBank;
-use crate::swing::{SWING_PRESENT_RAD, SwingFilter};
+use crate::swing::SwingFilter;
 use crate::{AugmentedConfig, EstimatorError, RateEstimator, StartPrior, Status};
 use alloc::boxed::Box;
 
@@ -19,8 +19,6 @@ const SWING_MAX_RAD: f64 = 1.5;
 const YIELD_LEAD: f64 = 10.0;
 /// How long a thread must seem to yield, s: so long a swing may look like that.
 const YIELD_DELAY_S: f64 = 5.2;
-/// Swing, as the filter that follows it believes, below which it is gone, rad.
-const GONE_RAD: f64 = 2.0 / 3.0 * SWING_PRESENT_RAD;
 /// How wrong the twist may be once the filter that followed the swing has lost it, rad.
 const LOST_RAD: f64 = 11.0 * DEG;
 
@@ -44,10 +42,22 @@ impl LiveEstimator {
         };
     }
 
-    /// Largest swing of late, or what may be at most where it cannot be measured, rad.
+    /// Swing that the fallback reckons with, rad.
+    ///
+    /// What leaks into the rate is the swing about one axis. Until the body has had time to turn
+    /// by a quarter, and where the leak has no scale, it is what the operator lets happen.
     fn swing_size_rad(&self) -> f64 {
         let declared_rad = self.setup.swing_max_rad;
-        self.eye.swing_rad().map_or(declared_rad, |(_, largest_rad)| largest_rad.min(SWING_MAX_RAD))
+        let size_rad = match self.eye.swing_rad() {
+            None => declared_rad,
+            Some((_, largest_rad)) if self.clock.away_s > self.quarter_s() => largest_rad,
+            Some((_, largest_rad)) => largest_rad.max(declared_rad),
+        };
+        size_rad.min(SWING_MAX_RAD)
+    }
+
+    fn quarter_s(&self) -> f64 {
+        0.25 * self.setup.torsion.start.period_s
     }
 
     /// The phase after a sample without swing.
@@ -77,6 +87,13 @@ impl LiveEstimator {
         let seems = lead > YIELD_LEAD && open && !self.eye.is_suspicious();
         clock.yields_s = if seems { clock.yields_s + span_s } else { 0.0 };
         clock.yields = clock.yields_s > YIELD_DELAY_S;
+    }
+
+    /// Whether a thread that yields explains the record far better, though the test for kicks has
+    /// been content since it last fired. A small blow may look like that, and so does a thread
+    /// that has only slipped one way: what is claimed may be wrong.
+    pub(super) fn is_thread_suspect(&self) -> bool {
+        self.torsion.alarms() > 0 && self.bank.yield_lead() > YIELD_LEAD
     }
 
     /// A swing has been seen: the fallback takes over from before it began.
@@ -163,7 +180,7 @@ impl LiveEstimator {
     }
 
     fn after_following(&mut self, filter: Box<SwingFilter>) -> Phase {
-        if self.eye.is_calm() && filter.amplitude_rad() < GONE_RAD {
+        if self.eye.is_calm() && filter.amplitude_rad() < self.eye.gone_rad() {
             let state = torsion_of(&filter.swing_belief());
             self.spare = Some(filter);
             // What is no belief of a filter of pure torsion leaves the bound.

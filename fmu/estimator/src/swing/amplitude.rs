@@ -14,8 +14,6 @@ const HALF_WINDOW_S: f64 = 1.28;
 const USUAL_RAD_S: f64 = 9.0;
 /// Windows of which the largest counts: those that fit into 25 s.
 const WINDOWS: usize = 18;
-/// Samples that [`WINDOWS`] windows take up, in halves of a window.
-const HALVES: u32 = WINDOWS as u32 + 1;
 /// Fewer samples than twice the coefficients say little of them.
 const COUNT_MIN: u32 = 10;
 /// Largest phase of the swing from sample to sample, rad: a dozen samples per period.
@@ -254,7 +252,7 @@ impl SwingMeter {
     /// Samples that fill all windows of which the largest counts.
     #[must_use]
     pub fn samples_to_fill(&self) -> usize {
-        self.length as usize / 2 * HALVES as usize
+        self.length as usize / 2 * (WINDOWS + 1)
     }
 }
 

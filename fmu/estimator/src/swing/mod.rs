@@ -10,12 +10,14 @@ mod config;
 mod filter;
 mod fit;
 mod motion;
+mod three_axes;
 
 pub use amplitude::{SWING_PRESENT_RAD, SwingMeter};
 pub use config::{InputAxis, SwingBody, SwingConfig};
 pub use filter::{SWING_STATES, SwingBelief, SwingFilter};
-pub use fit::{AcceptedFit, FitOutcome, FitStarts, Progress, Rejection, SWING_UNKNOWNS, SwingFit};
+pub use fit::{AcceptedFit, FitOutcome, FitStarts, Progress, Rejection, SwingFit};
 pub use motion::{
     ExpectedRate, MOTION_PARAMETERS, MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState,
     SwingMotion, Tangents,
 };
+pub use three_axes::ThreeAxisFilter;

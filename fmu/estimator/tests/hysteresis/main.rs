@@ -12,6 +12,7 @@
 mod accuracy;
 mod campaign;
 mod contract;
+mod motion;
 mod rest;
 mod rig;
 mod slip;

@@ -120,6 +120,14 @@ impl Run {
         Sample { angle_rad, measured_rad_s: rate_rad_s + self.bias_rad_s + noise }
     }
 
+    /// Strikes the body; only one on six slips can be struck.
+    pub(crate) fn kick(&mut self, change_rad_s: f64) {
+        match &mut self.motion {
+            Motion::Body(_) => unreachable!("the body model is struck by its own disturbances"),
+            Motion::Slip(slip) => slip.kick(change_rad_s),
+        }
+    }
+
     /// What the estimators are told: what these runs have in common, and nothing of this one.
     pub(crate) fn config(&self) -> AugmentedConfig {
         config(self.believed_start_deg)

@@ -40,6 +40,11 @@ impl SlipMotion {
         -self.stiffness_s2 * angle_rad - self.damping_s * rate_rad_s - friction
     }
 
+    /// Changes the rate at once.
+    pub(crate) fn kick(&mut self, change_rad_s: f64) {
+        self.rate_rad_s += change_rad_s;
+    }
+
     /// Angle and rate a step later.
     pub(crate) fn step(&mut self, h: f64) -> (f64, f64) {
         let (x, v) = (self.angle_rad, self.rate_rad_s);

@@ -9,6 +9,7 @@
 
 mod allocations;
 mod contract;
+mod fallback;
 mod rig;
 mod sight;
 mod swing;

@@ -5,7 +5,7 @@ use struna_estimator::{
     GyroRange, InputAxis, LiveConfig, LiveEstimator, LiveWarning, Quantiser, RateEstimator, Status,
     SwingConfig,
 };
-use struna_kernel::RAD_PER_DEG;
+use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed};
 
 const SWINGS: Case = Case { swing_deg: 5.0, ratio: 0.2, seconds: 100, ..Case::STILL };
 
@@ -48,6 +48,19 @@ fn a_swing_of_a_body_that_nobody_declared_leaves_no_angle() {
     // And without a swing it is nominal all the same, in spite of 1 deg/s² of torsion.
     let (_, _, trace) = shown(&Case::STILL, |config| config.swing = None);
     assert_eq!(trace.announced(), [(0, "nominal")]);
+}
+
+#[test]
+fn a_noisy_gyro_shows_no_swing_that_is_not_there() {
+    // Sixty times the variance: noise alone shows a swing beyond 0.3° in every fourth window.
+    let mut run = Run::of(&Case { seconds: 400, seed: 12, ..Case::STILL });
+    run.config.torsion.measurement_variance_rad2_s2 = 60.0 * R_RAD2_S2;
+    let mut noise = RandomStream::new(Seed(5), Channel::GyroAngleRandomWalk, 0);
+    for rate_rad_s in &mut run.measured_rad_s {
+        *rate_rad_s += (59.0 * R_RAD2_S2).sqrt() * noise.standard_normal();
+    }
+    let trace = run.trace(&mut run.estimator());
+    assert_eq!(trace.first_s("fitting"), None, "{:?}", trace.announced());
 }
 
 #[test]

@@ -16,21 +16,27 @@ fn a_thread_that_yields_is_told_and_reckoned_with() {
     };
     // Medians of 25.0° were published; the prior of the nearest member is 20° within a factor.
     assert!((yield_angle_rad / RAD_PER_DEG - 25.0).abs() < 3.0, "{yield_angle_rad} rad");
-    // 0.88° published for the second half, worst of forty not given; pure torsion is off by 20°.
-    assert!(trace.rms_deg(240) < 2.0, "{}°", trace.rms_deg(240));
+    // Until the first turning point at 240 s friction and an offset of the equilibrium are the same
+    // thing: told apart when the alarms come in a row, and not before.
+    let told_s = trace.first_s("yields").unwrap();
+    assert!((240..280).contains(&told_s), "{told_s} s");
+    // What came before is not called nominal while the bank disagrees.
+    let nominal = |s: usize| trace.status[100 * s] == Status::Nominal;
+    assert!(!(60..told_s).any(nominal), "{:?}", trace.announced());
+    // 0.88° published for the bank's second half.
+    assert!(trace.rms_deg(told_s) < 1.5, "{}°", trace.rms_deg(told_s));
     let (worst, count) = trace.worst_sigmas(|status| matches!(status, Status::ThreadYields { .. }));
-    assert!(count > 24_000 && worst < 6.0, "{worst} sigmas in {count} samples");
+    assert!(count > 20_000 && worst < 6.0, "{worst} sigmas in {count} samples");
     assert!(live.torsion().alarms() > 10, "{} alarms", live.torsion().alarms());
 }
 
 #[test]
 fn a_linear_thread_is_never_called_yielding_by_blows() {
     for seed in 10..14 {
-        let blow = Some((100.0, [0.0, 0.0, if seed % 2 == 0 { 3.0 } else { -1.0 }]));
+        let blow = Some((100.0, [0.0, 0.0, [3.0, -1.0, 0.05, 0.1][seed as usize - 10]]));
         let case = Case { blow, seed, seconds: 480, torsion_s: 480.0, ..Case::STILL };
         let run = Run::of(&case);
         let trace = run.trace(&mut run.estimator());
         assert_eq!(trace.first_s("yields"), None, "{:?}", trace.announced());
-        assert_eq!(trace.status.last(), Some(&Status::Nominal));
     }
 }

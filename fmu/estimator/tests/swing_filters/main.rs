@@ -10,3 +10,4 @@
 
 mod one_axis;
 mod rig;
+mod three_axes;

@@ -21,6 +21,7 @@ pub(crate) struct Run {
 
 /// A filter that starts beside the truth of `run`, as far off as it says.
 pub(crate) fn near(truth: &mut Truth, config: &SwingConfig) -> SwingFilter {
+    let sc: f64 = std::env::var("SC").map_or(1.0, |s| s.parse().unwrap());
     let sample = truth.sample(0);
     let mut mean = truth.states(&sample.motion);
     let omega = mean[6].sqrt();
@@ -41,6 +42,7 @@ pub(crate) fn near(truth: &mut Truth, config: &SwingConfig) -> SwingFilter {
         0.02 * RAD_PER_DEG,
         0.02 * RAD_PER_DEG,
     ];
+    let sigmas = sigmas.map(|s| s * sc);
     for ((mean, sigma), index) in mean.iter_mut().zip(sigmas).zip(30..) {
         *mean += sigma * truth.draw(index);
     }

@@ -6,7 +6,9 @@ use struna_body::{
     Body, BodyParams, Drag, Impulse, Integrator, Rig, StartState, Torsion, TorsionDamping,
     TorsionStiffness, TruthMotion,
 };
-use struna_estimator::{InputAxis, StartPrior, SwingBody, SwingConfig};
+use struna_estimator::{
+    AcceptedFit, InputAxis, MotionState, StartPrior, SwingBody, SwingConfig, SwingFit,
+};
 use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed, SimTime};
 
 /// Sample period, s.
@@ -97,6 +99,41 @@ impl Run {
         }
         run
     }
+
+    /// A fit that has been given all samples, and has not begun.
+    pub(crate) fn fit(&self) -> SwingFit {
+        self.fit_of(&self.measured_rad_s)
+    }
+
+    /// The same, given these samples.
+    pub(crate) fn fit_of(&self, samples: &[f64]) -> SwingFit {
+        let mut fit = SwingFit::new(&self.config, PERIOD_S).unwrap();
+        samples.iter().for_each(|rate| fit.push(*rate));
+        fit
+    }
+
+    /// How far a fit is off at the end of its window.
+    pub(crate) fn error(&self, fit: &AcceptedFit) -> Error {
+        let truth = self.truth[usize::try_from(fit.samples).unwrap() - 1];
+        let state: [f64; 6] = std::array::from_fn(|i| fit.belief.mean[i]);
+        let (rate, by) = MotionState::from_entries(state).twist_rate_rad_s().unwrap();
+        let variance: f64 = (0..6)
+            .flat_map(|i| (0..6).map(move |j| (i, j)))
+            .map(|(i, j)| by[i] * fit.belief.covariance[i][j] * by[j])
+            .sum();
+        Error {
+            twist_sigmas: (fit.belief.mean[2] - truth.twist_rad).abs()
+                / fit.belief.covariance[2][2].sqrt(),
+            rate_sigmas: (rate - truth.twist_rate_rad_s).abs() / variance.sqrt(),
+        }
+    }
+}
+
+/// Errors over what was claimed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Error {
+    pub(crate) twist_sigmas: f64,
+    pub(crate) rate_sigmas: f64,
 }
 
 /// One turn of twist, let go with a swing on an ellipse: the rate across the tilt is `ratio` of

@@ -52,7 +52,7 @@ enum Phase {
     /// What the best end leaves is looked at.
     Inspecting {
         ends: Vec<Descent>,
-        inspection: Inspection,
+        inspection: Box<Inspection>,
     },
     Accepted(Box<AcceptedFit>),
     Refused(Rejection),
@@ -331,7 +331,7 @@ impl SwingFit {
         let cost_per_sample = best.best().cost() / self.window.len() as f64;
         if stage.is_last {
             let inspection = Inspection::new(problem, best.best().unknowns(), self.period_s);
-            self.phase = Phase::Inspecting { ends, inspection };
+            self.phase = Phase::Inspecting { ends, inspection: Box::new(inspection) };
             return None;
         }
         if index > 0 && cost_per_sample > COST_HOPELESS {
@@ -354,7 +354,7 @@ impl SwingFit {
     fn inspect(
         &mut self,
         ends: Vec<Descent>,
-        mut inspection: Inspection,
+        mut inspection: Box<Inspection>,
         budget: &mut Budget,
     ) -> Option<Progress> {
         let last = (0..).map_while(|k| self.plan.stage(k, self.dense)).last();

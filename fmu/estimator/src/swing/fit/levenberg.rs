@@ -81,42 +81,33 @@ impl Descent {
                 }
                 Reached::Limit => self.damping *= DAMPING_STEP.0,
                 Reached::End => {
-                    let fall = self.best.cost() - trial.cost();
                     self.best = trial;
                     self.damping /= DAMPING_STEP.1;
-                    if fall < patience.fall {
-                        return Descending::Done;
-                    }
                 }
             }
         }
     }
 
     /// The next point to try; none at the bottom.
+    ///
+    /// The bottom is where the undamped step promises nothing. What a damped one promises says
+    /// little: along a flat valley, where only the prior has a say, the damping all but stops it.
     fn propose(&mut self, problem: &Problem, patience: Patience) -> Option<Pass> {
+        let (normal, slope) = (self.best.normal(), self.best.descent());
+        let promised = Cholesky::of(normal).map(|root| root.forward(slope));
+        if promised.is_some_and(|y| y.iter().map(|y| y * y).sum::<f64>() < patience.fall) {
+            return None;
+        }
         while self.steps < patience.steps && self.damping < DAMPING.1 {
             self.steps += 1;
-            let step = Cholesky::of(&damped(self.best.normal(), self.damping))
-                .map(|root| root.solve(self.best.descent()));
-            let Some(step) = step else {
-                self.damping *= DAMPING_STEP.0;
-                continue;
-            };
-            let u =
-                problem.within_bounds(core::array::from_fn(|i| self.best.unknowns()[i] + step[i]));
-            if self.promised_fall(&u) < patience.fall {
-                return None;
+            if let Some(root) = Cholesky::of(&damped(normal, self.damping)) {
+                let step = root.solve(slope);
+                let u = core::array::from_fn(|i| self.best.unknowns()[i] + step[i]);
+                return Some(Pass::new(problem, problem.within_bounds(u)));
             }
-            return Some(Pass::new(problem, u));
+            self.damping *= DAMPING_STEP.0;
         }
         None
-    }
-
-    /// By how much the cost would fall if the model were linear.
-    fn promised_fall(&self, u: &Unknowns) -> f64 {
-        let step: Unknowns = core::array::from_fn(|i| u[i] - self.best.unknowns()[i]);
-        let slope: f64 = step.iter().zip(self.best.descent()).map(|(s, d)| s * d).sum();
-        2.0 * slope - super::cholesky::quadratic(self.best.normal(), &step)
     }
 }
 

@@ -19,4 +19,3 @@ mod walk;
 
 pub use job::{FitStarts, SwingFit};
 pub use outcome::{AcceptedFit, FitOutcome, Progress, Rejection};
-pub use problem::SWING_UNKNOWNS;

@@ -1,6 +1,6 @@
 //! What a fit comes to.
 
-use super::problem::SWING_UNKNOWNS;
+use crate::swing::SwingBelief;
 
 /// State and covariance of the swinging body at the end of the window of an accepted fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -8,10 +8,9 @@ pub struct AcceptedFit {
     /// Samples from the first one pushed to the last one of the window, missing ones included. The
     /// state is that at the last one.
     pub samples: u64,
-    /// Mean of the unknowns at the end of the window, in the order of [`SWING_UNKNOWNS`].
-    pub mean: [f64; SWING_UNKNOWNS],
-    /// Their covariance. Symmetric to the bit.
-    pub covariance: [[f64; SWING_UNKNOWNS]; SWING_UNKNOWNS],
+    /// Mean and covariance at the end of the window, for [`SwingFilter`](crate::SwingFilter) to
+    /// go on from. The covariance is symmetric to the bit.
+    pub belief: SwingBelief,
     /// Cost per sample of the window; one when all is as assumed.
     pub cost_per_sample: f64,
     /// Largest mean of what is left over 8 to 1024 samples, standard deviations.

@@ -80,8 +80,7 @@ impl Pass {
             self.at += 1;
             if sample.is_finite() {
                 self.weigh(problem, *sample);
-                // NaN is beyond every limit.
-                if !(self.cost <= cost_limit) {
+                if self.cost.is_nan() || self.cost > cost_limit {
                     return Reached::Limit;
                 }
             }

@@ -2,12 +2,10 @@
 
 use crate::swing::{MotionParameters, MotionState, SwingConfig, SwingMotion};
 
-/// Unknowns of the fit, and states of the filter that takes over.
-///
-/// In this order: e₁, e₂, twist (rad), p, q, r (rad/s), Ω² (1/s²), 2ζΩ (1/s), scales of A and B,
-/// bias (rad/s), g₁, g₂, scale of the swing's decay.
-pub const SWING_UNKNOWNS: usize = 14;
-pub(super) use SWING_UNKNOWNS as UNKNOWNS;
+/// Unknowns of the fit: the states of the filter that takes over, in its order. These are e₁, e₂,
+/// twist (rad), p, q, r (rad/s), Ω² (1/s²), 2ζΩ (1/s), scales of A and B, scale of the swing's
+/// decay, bias (rad/s), g₁, g₂.
+pub(super) use crate::swing::SWING_STATES as UNKNOWNS;
 
 /// One number per unknown.
 pub(super) type Unknowns = [f64; UNKNOWNS];
@@ -20,10 +18,10 @@ pub(super) const STIFFNESS: usize = 6;
 pub(super) const DAMPING: usize = 7;
 pub(super) const SCALE_A: usize = 8;
 pub(super) const SCALE_B: usize = 9;
-pub(super) const BIAS: usize = 10;
-pub(super) const G1: usize = 11;
-pub(super) const G2: usize = 12;
-pub(super) const DECAY: usize = 13;
+pub(super) const DECAY: usize = 10;
+pub(super) const BIAS: usize = 11;
+pub(super) const G1: usize = 12;
+pub(super) const G2: usize = 13;
 
 /// One degree, rad.
 pub(super) const DEG: f64 = core::f64::consts::PI / 180.0;
@@ -64,6 +62,8 @@ pub(super) struct Problem {
     /// Step of the model and how many of them make an averaged sample.
     pub(super) step_s: f64,
     pub(super) substeps: u32,
+    /// Whether derivatives good enough to tell valleys apart will do.
+    pub(super) rough: bool,
     /// 1/√R of an averaged sample.
     pub(super) inverse_noise: f64,
     pub(super) mean: Unknowns,
@@ -84,6 +84,7 @@ impl Problem {
             first_s: 0.0,
             step_s: 0.0,
             substeps: 1,
+            rough: false,
             inverse_noise: 0.0,
             mean,
             sigma,
@@ -102,6 +103,7 @@ impl Problem {
         // Averaging is chosen so that one step follows the swing; without it that is asked for.
         let substeps = if averaged > 1 { 1 } else { self.motion.steps_in(period_s) };
         self.substeps = substeps.min(SUBSTEPS_MAX);
+        self.rough = averaged > 1;
         self.first_s = 0.5 * (count - 1.0) * period_s;
         self.step_s = count * period_s / f64::from(self.substeps);
         self.inverse_noise = libm::sqrt(count / config.measurement_variance_rad2_s2);
@@ -196,14 +198,8 @@ pub(super) fn first_start(config: &SwingConfig, swing_rad: f64) -> WindowStart {
 
 /// State and parameters of the motion among the unknowns.
 pub(super) fn motion_of(x: &Unknowns) -> (MotionState, MotionParameters) {
-    let [ex, ey, twist_rad, p, q, r, stiffness_1_s2, damping_1_s, scale_a, scale_b, .., decay] = *x;
-    let state = MotionState { e: [ex, ey], twist_rad, omega_rad_s: [p, q, r] };
-    let parameters = MotionParameters {
-        stiffness_1_s2,
-        damping_1_s,
-        scale_a,
-        scale_b,
-        swing_damping_scale: decay,
-    };
-    (state, parameters)
+    let [ex, ey, twist, p, q, r, stiffness, damping, scale_a, scale_b, decay, ..] = *x;
+    let parameters = [stiffness, damping, scale_a, scale_b, decay];
+    let state = MotionState::from_entries([ex, ey, twist, p, q, r]);
+    (state, MotionParameters::from_entries(parameters))
 }

@@ -89,7 +89,7 @@ impl Inspection {
             }
         }
         self.block_squares += residual * residual;
-        if count % self.block == 0 {
+        if count.is_multiple_of(self.block) {
             let n = self.block as f64;
             let excess = (self.block_squares / n - 1.0) / libm::sqrt(2.0 / n);
             self.leftover.square_max = self.leftover.square_max.max(excess);

@@ -1,6 +1,6 @@
 //! Where the descents start: what of the swing is seen, and guesses at what is not.
 
-use super::problem::{EX, G1, G2, P, Problem, R, Unknowns};
+use super::problem::{EX, G1, G2, P, Problem, Unknowns};
 use crate::swing::amplitude::Leak;
 use alloc::vec::Vec;
 use core::f64::consts::TAU;
@@ -77,11 +77,11 @@ fn start(
 ) -> Unknowns {
     let o = [-m[1], m[0]];
     let (along_o, along_m) = (seen.integral(frequency_rad_s), -hidden.integral(frequency_rad_s));
+    // Everything else, the rate about the body's axis too, is as believed.
     let mut x = problem.mean;
     for axis in 0..2 {
         x[EX + axis] = along_o * o[axis] + along_m * m[axis];
         x[P + axis] = seen.re * m[axis] + hidden.re * o[axis];
     }
-    debug_assert!(R > P + 1, "the rate about the axis is left as believed");
     problem.within_bounds(problem.u(&x))
 }

@@ -7,6 +7,7 @@ use super::outcome::Rejection;
 use super::plan::{COST_MAX, COST_UNDECIDED, LEFTOVER_MEAN_MAX, LEFTOVER_SQUARE_MAX, TWIST_APART};
 use super::problem::{Problem, TWIST};
 use super::residuals::Leftover;
+use crate::swing::SwingBelief;
 
 /// What the last window came to, before it is judged.
 #[derive(Debug, Clone, Copy)]
@@ -34,8 +35,7 @@ impl Verdict<'_> {
         }
         let best = self.ends.first().ok_or(Rejection::NoMotion)?.best();
         let cost_per_sample = best.cost() / self.leftover.samples as f64;
-        // Asked this way round, a NaN does not pass.
-        if !(cost_per_sample < COST_MAX) {
+        if cost_per_sample.is_nan() || cost_per_sample >= COST_MAX {
             return Err(Rejection::Cost { cost_per_sample });
         }
         let Leftover { mean_max: mean, square_max: square, tilt_max_rad, .. } = self.leftover;
@@ -49,8 +49,7 @@ impl Verdict<'_> {
         self.check_alone(mean_now[TWIST], libm::sqrt(covariance[TWIST][TWIST]))?;
         Ok(AcceptedFit {
             samples,
-            mean: mean_now,
-            covariance,
+            belief: SwingBelief { mean: mean_now, covariance },
             cost_per_sample,
             leftover_mean: mean,
             leftover_square: square,

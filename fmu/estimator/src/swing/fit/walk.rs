@@ -1,11 +1,8 @@
 //! The motion from given unknowns on, sample by sample, and the rate that the gyro would show.
 
 use super::cholesky::Square;
-use super::problem::{BIAS, DECAY, G1, G2, Problem, R, UNKNOWNS, Unknowns, motion_of};
-use crate::swing::{MOTION_STATES, MOTION_TANGENTS, MotionParameters, MotionState, Tangents};
-
-/// Unknowns by whose start or value the motion differs, in the order of the tangents' columns.
-const MOVING: [usize; MOTION_TANGENTS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, DECAY];
+use super::problem::{BIAS, G1, G2, Problem, R, UNKNOWNS, Unknowns, motion_of};
+use crate::swing::{MOTION_STATES, MotionParameters, MotionState, Tangents};
 
 /// The motion at one sample with its derivatives by the unknowns.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +38,11 @@ impl Walk {
     fn carry(&mut self, problem: &Problem, span_s: f64) -> bool {
         let (state, parameters) = (&self.state, &self.parameters);
         let tangents = &mut self.tangents;
-        let carried = problem.motion.step_with_tangents(state, parameters, span_s, tangents);
+        let carried = if problem.rough {
+            problem.motion.step_with_rough_tangents(state, parameters, span_s, tangents)
+        } else {
+            problem.motion.step_with_tangents(state, parameters, span_s, tangents)
+        };
         self.state = carried.unwrap_or(self.state);
         carried.is_ok()
     }
@@ -73,8 +74,9 @@ impl Walk {
         let ([g1, g2, g3], [p, q, r]) = (self.axis, self.state.omega_rad_s);
         let [.., by_p, by_q, by_r] = &self.tangents.0;
         let mut row = [0.0; UNKNOWNS];
-        for (column, unknown) in MOVING.into_iter().enumerate() {
-            row[unknown] = g1 * by_p[column] + g2 * by_q[column] + g3 * by_r[column];
+        // The first unknowns are, in this order, what the tangents are taken by.
+        for (entry, ((by_p, by_q), by_r)) in row.iter_mut().zip(by_p.iter().zip(by_q).zip(by_r)) {
+            *entry = g1 * by_p + g2 * by_q + g3 * by_r;
         }
         row[BIAS] = 1.0;
         row[G1] = p - r * g1 / g3;
@@ -97,8 +99,9 @@ impl Walk {
         let mut derivatives = [[0.0; UNKNOWNS]; UNKNOWNS];
         for (i, row) in derivatives.iter_mut().enumerate() {
             if i < MOTION_STATES {
-                for (column, unknown) in MOVING.into_iter().enumerate() {
-                    row[unknown] = self.tangents.0[i][column] * problem.sigma[unknown];
+                let by = self.tangents.0[i].iter().zip(&problem.sigma);
+                for (entry, (by, sigma)) in row.iter_mut().zip(by) {
+                    *entry = by * sigma;
                 }
             } else {
                 row[i] = problem.sigma[i];

@@ -5,6 +5,7 @@
 
 mod equations;
 mod measurement;
+mod rough;
 mod step;
 #[cfg(test)]
 mod tests;

@@ -30,7 +30,7 @@ impl Tangents {
 
     /// self + share·rates.
     #[inline(always)]
-    fn moved(&self, share: f64, rates: &Self) -> Self {
+    pub(super) fn moved(&self, share: f64, rates: &Self) -> Self {
         let mut moved = Self::ZERO;
         for ((row, from), by) in moved.0.iter_mut().zip(&self.0).zip(&rates.0) {
             for ((entry, from), by) in row.iter_mut().zip(from).zip(by) {
@@ -41,7 +41,7 @@ impl Tangents {
     }
 
     #[inline(always)]
-    fn add(&mut self, share: f64, rates: &Self) {
+    pub(super) fn add(&mut self, share: f64, rates: &Self) {
         for (row, by) in self.0.iter_mut().zip(&rates.0) {
             for (entry, by) in row.iter_mut().zip(by) {
                 *entry += share * by;
@@ -52,7 +52,7 @@ impl Tangents {
 
 /// x + share·rates.
 #[inline(always)]
-fn moved(
+pub(super) fn moved(
     x: &[f64; MOTION_STATES],
     share: f64,
     rates: &[f64; MOTION_STATES],
@@ -62,7 +62,7 @@ fn moved(
 
 /// Itself, if its numbers are ones and the body hangs at less than a right angle.
 #[inline(always)]
-fn judged(entries: [f64; MOTION_STATES]) -> Result<MotionState, EstimatorError> {
+pub(super) fn judged(entries: [f64; MOTION_STATES]) -> Result<MotionState, EstimatorError> {
     in_range(entries.iter().sum())?;
     let state = MotionState::from_entries(entries);
     state.e3().ok_or(EstimatorError::TiltTooLarge)?;
@@ -172,7 +172,7 @@ impl SwingMotion {
 const STEPS_MAX: u32 = 1 << 16;
 
 #[inline(always)]
-fn combined(
+pub(super) fn combined(
     x: &[f64; MOTION_STATES],
     span_s: f64,
     [k1, k2, k3, k4]: [&[f64; MOTION_STATES]; 4],
