@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use struna::fmu::{FmiVersion, ModelType, find_library, models, package};
 use struna_estimator::{
-    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, GyroRange, Innovation, InnovationTest,
-    RateEstimator, Reading, Refinement, StartPrior, TestedFilter,
+    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, GyroRange, HysteresisBank, Innovation,
+    InnovationTest, InputAxis, LearntParameters, LiveConfig, LiveEstimator, Quantiser,
+    RateEstimator, Reading, Refinement, StartPrior, Status, SwingBody, SwingConfig, TestedFilter,
 };
 use struna_kernel::RAD_PER_DEG;
 use tempfile::TempDir;
@@ -148,6 +149,11 @@ fn by_default(name: &str) -> Vec<u8> {
             let tested = TestedFilter::new(&default_augmented(), &InnovationTest::STANDARD);
             record(tested, of_tested)
         }
+        "HysteresisBank" => record(HysteresisBank::new(&default_augmented()), of_bank),
+        "LiveEstimator" => {
+            let config = LiveConfig::new(default_augmented(), 0.01);
+            record(LiveEstimator::new(&config), of_live)
+        }
         _ => panic!("{name}: a model without counterpart in process"),
     }
 }
@@ -157,24 +163,45 @@ fn nothing_more<E>(_: &E) -> Vec<f64> {
 }
 
 fn of_augmented(filter: &AugmentedFilter) -> Vec<f64> {
-    with_learnt(filter, filter.status().code(), 0)
+    [&learnt(filter, &filter.learnt())[..], &[0.0]].concat()
 }
 
 fn of_tested(filter: &TestedFilter) -> Vec<f64> {
-    with_learnt(filter.filter(), filter.status().code(), filter.alarms())
+    let alarms = filter.alarms() as f64;
+    [&learnt(filter, &filter.filter().learnt())[..], &[alarms]].concat()
 }
 
-fn with_learnt(filter: &AugmentedFilter, status: i32, alarms: u64) -> Vec<f64> {
-    let learnt = filter.learnt();
-    vec![
-        f64::from(status),
+fn of_bank(bank: &HysteresisBank) -> Vec<f64> {
+    let (angle_rad, sigma_rad) = bank.yield_angle_rad().expect("no member is dropped here");
+    [&learnt(bank, &bank.learnt())[..], &[bank.weights()[0], angle_rad, sigma_rad]].concat()
+}
+
+fn of_live(live: &LiveEstimator) -> Vec<f64> {
+    let torsion = live.torsion();
+    let status = live.status();
+    let yields = match status {
+        Status::ThreadYields { yield_angle_rad } => yield_angle_rad,
+        _ => 0.0,
+    };
+    let fit = match status {
+        Status::Fitting { collected_s, needed_s } => [collected_s, needed_s],
+        _ => [0.0; 2],
+    };
+    let swing_rad = live.swing_rad().unwrap_or(0.0);
+    let own = [torsion.alarms() as f64, swing_rad, yields, fit[0], fit[1]];
+    [&learnt(live, &torsion.filter().learnt())[..], &own].concat()
+}
+
+/// The status, and what has been learnt.
+fn learnt(estimator: &impl RateEstimator, learnt: &LearntParameters) -> [f64; 7] {
+    [
+        f64::from(estimator.status().code()),
         learnt.period_s,
         learnt.period_sigma_s,
         learnt.damping_ratio,
         learnt.damping_ratio_sigma,
         learnt.bias_rad_s,
         learnt.bias_sigma_rad_s,
-        alarms as f64,
     ]
 }
 
@@ -276,8 +303,8 @@ fn parameters_reach_the_filters_of_2008_inside_the_fmu() {
     assert_parameters_reach("TorsionalOscillation", &parameters, &torsion);
 }
 
-#[test]
-fn parameters_reach_the_filter_that_learns_and_its_test_inside_the_fmu() {
+/// What the estimators that learn are told below, and the same for an FMU.
+fn learning() -> (AugmentedConfig, [&'static str; 16]) {
     let config = AugmentedConfig {
         start: StartPrior {
             angle_rad: 0.75,
@@ -297,7 +324,7 @@ fn parameters_reach_the_filter_that_learns_and_its_test_inside_the_fmu() {
         scale_factor_sigma: 0.125,
         range: Some(GyroRange { limit_rad_s: 0.1, margin_rad_s: 0.02 }),
     };
-    let common = [
+    let parameters = [
         "angle_start_rad=0.75",
         "angle_sigma_start_rad=0.5",
         "rate_start_rad_s=-0.125",
@@ -315,18 +342,82 @@ fn parameters_reach_the_filter_that_learns_and_its_test_inside_the_fmu() {
         "gyro_range_rad_s=0.1",
         "gyro_range_margin_rad_s=0.02",
     ];
+    (config, parameters)
+}
+
+/// A test that fires easily, and the same for an FMU.
+const EASY: InnovationTest =
+    InnovationTest { false_alarms: 0.5, horizon_samples: 2048, kick_floor_rad_s: 0.015625 };
+const EASY_PARAMETERS: [&str; 3] =
+    ["test_false_alarms=0.5", "test_horizon_samples=2048", "test_kick_floor_rad_s=0.015625"];
+
+#[test]
+fn parameters_reach_the_filter_that_learns_and_its_test_inside_the_fmu() {
+    let (config, common) = learning();
     let alone = record(AugmentedFilter::new(&config), of_augmented);
     let parameters = [&common[..], &["innovation_test=false"]].concat();
     assert_parameters_reach("AugmentedTorsion", &parameters, &alone);
-    let test =
-        InnovationTest { false_alarms: 0.5, horizon_samples: 2048, kick_floor_rad_s: 0.015625 };
-    let parameters = [
-        &common[..],
-        &["test_false_alarms=0.5", "test_horizon_samples=2048", "test_kick_floor_rad_s=0.015625"],
-    ]
-    .concat();
-    let tested = TestedFilter::new(&config, &test);
+    let parameters = [&common[..], &EASY_PARAMETERS].concat();
+    let tested = TestedFilter::new(&config, &EASY);
     assert_parameters_reach("AugmentedTorsion", &parameters, &record(tested, of_tested));
+}
+
+#[test]
+fn parameters_reach_the_bank_inside_the_fmu() {
+    let (config, common) = learning();
+    let bank = record(HysteresisBank::new(&config), of_bank);
+    assert_parameters_reach("HysteresisBank", &common, &bank);
+}
+
+#[test]
+fn parameters_reach_the_live_estimator_and_its_body_inside_the_fmu() {
+    let (torsion, common) = learning();
+    let body = SwingBody {
+        mass_kg: 2.0,
+        com_depth_m: 0.25,
+        inertia_kg_m2: [0.0625, 0.09375, 0.125],
+        gravity_m_s2: 9.75,
+        swing_damping_1_s: 0.03125,
+    };
+    let axis = InputAxis { tilt_b_rad: [0.015625, -0.03125], tilt_sigma_rad: 0.001953125 };
+    let swing = SwingConfig {
+        inertia_sigma: 0.0625,
+        swing_damping_sigma: 0.25,
+        ..SwingConfig::quiet(body, axis, torsion.start, torsion.measurement_variance_rad2_s2)
+    };
+    let config = LiveConfig {
+        test: EASY,
+        swing: Some(swing),
+        swing_max_rad: 0.125,
+        quantiser: Some(Quantiser { step_rad_s: 0.0009765625, raw_sigma_rad_s: 0.000244140625 }),
+        work_per_sample: 7,
+        ..LiveConfig::new(torsion, STEP_S)
+    };
+    let own = [
+        "sample_period_s=0.0078125",
+        "gyro_count_rad_s=0.0009765625",
+        "gyro_raw_sigma_rad_s=0.000244140625",
+        "swing_max_rad=0.125",
+        "fit_work_per_sample=7",
+        "body_mass_kg=2",
+        "body_com_depth_m=0.25",
+        "body_inertia_x_kg_m2=0.0625",
+        "body_inertia_y_kg_m2=0.09375",
+        "body_inertia_z_kg_m2=0.125",
+        "body_inertia_sigma=0.0625",
+        "body_swing_damping_1_s=0.03125",
+        "body_swing_damping_sigma=0.25",
+        "gravity_m_s2=9.75",
+        "input_axis_x_rad=0.015625",
+        "input_axis_y_rad=-0.03125",
+        "input_axis_sigma_rad=0.001953125",
+    ];
+    let declared = record(LiveEstimator::new(&config), of_live);
+    let parameters = [&common[..], &EASY_PARAMETERS, &own].concat();
+    assert_parameters_reach("LiveEstimator", &parameters, &declared);
+    // Without a body the same numbers are another estimator.
+    let undeclared = LiveEstimator::new(&LiveConfig { swing: None, ..config });
+    assert!(record(undeclared, of_live) != declared, "the body makes no difference here");
 }
 
 /// The bits above mean little for the test if it never raised an alarm.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use struna_estimator::{
-    AugmentedConfig, FilterConfig, InnovationTest, Reading, Refinement, StartPrior,
+    AugmentedConfig, FilterConfig, InnovationTest, LiveConfig, Reading, Refinement, StartPrior,
 };
 use struna_kernel::{RAD_PER_DEG, SimTime};
 use struna_wire::FrameSpec;
@@ -161,7 +161,7 @@ impl Setup {
 
     /// Names of the estimators that run when none is named.
     fn usual(&self) -> [&'static str; 2] {
-        ["integration", if self.torsion_period_s.is_some() { "tested" } else { "rotation" }]
+        ["integration", if self.torsion_period_s.is_some() { "live" } else { "rotation" }]
     }
 
     fn default_estimators(&self, output_hz: f64) -> Result<Vec<EstimatorPlan>> {
@@ -191,26 +191,27 @@ impl Setup {
             );
             let config = config(REFINEMENT_SAMPLES, 0.0);
             plans.push(plan("torsion", EstimatorKind::TorsionalOscillation { config, period_s }));
-            plans.push(plan("tested", self.tested(output_hz, period_s)?));
+            let (config, test) = (self.learning(output_hz, period_s), InnovationTest::STANDARD);
+            plans.push(plan("tested", EstimatorKind::TestedTorsion { config, test }));
+            let live = LiveConfig::new(config, 1.0 / output_hz);
+            plans.push(plan("live", EstimatorKind::Live(Box::new(live))));
         }
         Ok(plans)
     }
 
-    /// The filter that learns, told little of the start: the body may be moving, and the angle be
+    /// What those that learn are told, which is little: the body may be moving, and the angle be
     /// anything.
-    fn tested(&self, output_hz: f64, period_s: f64) -> Result<EstimatorKind> {
+    fn learning(&self, output_hz: f64, period_s: f64) -> AugmentedConfig {
         let start = StartPrior {
             rate_sigma_rad_s: RATE_SIGMA_START_DEG_S * RAD_PER_DEG,
             ..StartPrior::released(self.angle_start_deg * RAD_PER_DEG, period_s)
         };
         let r = variance_of_deg(RATE_NOISE_DEG_S * output_hz.sqrt());
-        let config = AugmentedConfig {
+        AugmentedConfig {
             scale_factor_sigma: SCALE_FACTOR_SIGMA,
             bias_walk_rad2_s3: BIAS_WALK_DEG2_S3 * RAD_PER_DEG * RAD_PER_DEG,
             ..AugmentedConfig::quiet(start, r)
-        };
-        config.validate()?;
-        Ok(EstimatorKind::TestedTorsion { config, test: InnovationTest::STANDARD })
+        }
     }
 }
 
@@ -224,7 +225,7 @@ fn chosen(known: Vec<EstimatorPlan>, names: &[String]) -> Result<Vec<EstimatorPl
     let is_known = |name: &&String| !known.iter().any(|plan| plan.name == **name);
     if let Some(name) = names.iter().find(is_known) {
         let there: Vec<_> = known.iter().map(|plan| plan.name.as_str()).collect();
-        let needs_period = matches!(name.as_str(), "torsion" | "tested");
+        let needs_period = matches!(name.as_str(), "torsion" | "tested" | "live");
         let hint = if needs_period { format!("; {name} needs --period-s") } else { String::new() };
         bail!("no estimator is called '{name}'; there are: {}{hint}", there.join(", "));
     }
@@ -284,7 +285,7 @@ mod tests {
         let names = |setup: &Setup| -> Vec<String> {
             setup.plan().unwrap().estimators.into_iter().map(|plan| plan.name).collect()
         };
-        assert_eq!(names(&with_period), ["integration", "tested"]);
+        assert_eq!(names(&with_period), ["integration", "live"]);
         let named = ["torsion", "rotation"].map(str::to_owned).to_vec();
         assert_eq!(names(&Setup { estimators: named, ..with_period }), ["rotation", "torsion"]);
     }

@@ -38,11 +38,26 @@ BAD = {
     "test_false_alarms": (1.0, "= 1 "),
     "test_horizon_samples": (2047, "= 2047 "),
     "test_kick_floor_rad_s": (-1.0, "= -1.0 "),
+    "sample_period_s": (0.0, "= 0 "),
+    "gyro_count_rad_s": (-1.0, "= -1.0 "),
+    "gyro_raw_sigma_rad_s": (-1.0, "= -1.0 "),
+    "swing_max_rad": (1.625, "= 1.625 "),
+    "fit_work_per_sample": (0, "= 0 "),
+    "body_mass_kg": (-1.0, "= -1.0 "),
+    "body_com_depth_m": (-1.0, "= -1.0 "),
+    "body_inertia_x_kg_m2": (-1.0, "= -1.0 "),
+    "body_inertia_y_kg_m2": (-1.0, "= -1.0 "),
+    "body_inertia_z_kg_m2": (-1.0, "= -1.0 "),
+    "body_inertia_sigma": (-1.0, "= -1.0 "),
+    "body_swing_damping_1_s": (-1.0, "= -1.0 "),
+    "body_swing_damping_sigma": (-1.0, "= -1.0 "),
+    "gravity_m_s2": (-1.0, "= -1.0 "),
+    "input_axis_sigma_rad": (-1.0, "= -1.0 "),
 }
 # Sound by themselves: anything finite, or either of two.
 FREE = {
     "angle_start_rad", "rate_start_rad_s", "bias_start_rad_s", "gyro_range_margin_rad_s",
-    "innovation_test",
+    "innovation_test", "input_axis_x_rad", "input_axis_y_rad",
 }
 
 
@@ -61,6 +76,19 @@ def bad_parameters(description, folder):
         slave.fmu.reset()
         margin = {"gyro_range_rad_s": 0.5, "gyro_range_margin_rad_s": 0.5}
         slave.refused(ERROR, ["gyro_range_margin_rad_s = 0.5 "], slave.begin, **margin)
+    if "body_mass_kg" in parameters:
+        # A body that is declared is judged as a whole.
+        body = {
+            "body_mass_kg": 1.0, "body_com_depth_m": 0.1, "body_inertia_x_kg_m2": 0.01,
+            "body_inertia_y_kg_m2": 0.011, "body_inertia_z_kg_m2": 0.012,
+        }
+        for name in list(body)[1:] + ["gravity_m_s2"]:
+            slave.fmu.reset()
+            slave.refused(ERROR, [name + " = 0 "], slave.begin, **{**body, name: 0.0})
+        slave.fmu.reset()
+        slave.refused(ERROR, ["input_axis_x_rad = 0.75 "], slave.begin, **body, input_axis_x_rad=0.75)
+        slave.fmu.reset()
+        slave.begin(**body)
     slave.free()
 
 

@@ -1,9 +1,11 @@
 //! The estimators that learn: what a scenario tells them, in which units, and what it leaves out.
 
+#![expect(clippy::float_cmp, reason = "numbers that need no conversion arrive as written")]
+
 use crate::{DEMO, refusal};
 use std::path::Path;
 use struna::scenario::{EstimatorKind, Scenario};
-use struna_estimator::{AugmentedConfig, InnovationTest, StartPrior};
+use struna_estimator::{AugmentedConfig, InnovationTest, LiveConfig, StartPrior};
 use struna_kernel::RAD_PER_DEG;
 
 /// The demo without its estimators, and one with these lines instead.
@@ -93,7 +95,7 @@ fn keys_that_a_kind_does_not_read_are_refused_with_the_kinds_that_do() {
         ("plain-integration", "bias_deg_h", "\"augmented-torsion\", \"tested-torsion\""),
         ("torsional-oscillation", "damping_ratio", "\"augmented-torsion\", \"tested-torsion\""),
         ("torsional-oscillation", "gyro_range_deg_s", "\"augmented-torsion\""),
-        ("augmented-torsion", "test_false_alarms", "but \"tested-torsion\""),
+        ("augmented-torsion", "test_false_alarms", "but \"tested-torsion\", \"live\""),
         ("augmented-torsion", "refinement_samples", "\"plain-integration\", \"permanent-"),
         ("tested-torsion", "refinement_reading", "\"torsional-oscillation\""),
     ] {
@@ -135,4 +137,85 @@ fn values_out_of_their_range_are_refused_by_key_and_value() {
     let lines = "kind = \"tested-torsion\"\ntorsion_period_s = 1e13\nmeasurement_sigma_deg_s = 1.0";
     let said = refusal(&with_estimator(lines));
     assert!(said.contains("`estimator[0]`") && said.contains("from 1e-6 to 1e12 s"), "{said}");
+}
+
+const BODY: &str = "body_mass_kg = 1.5\nbody_com_depth_m = 0.2\n\
+                    body_inertia_kg_m2 = [0.02, 0.03, 0.04]\nbody_swing_damping_1_s = 0.01\n\
+                    input_axis_deg = [1.0, -0.5]\ninput_axis_sigma_deg = 0.1";
+
+fn live(lines: &str) -> LiveConfig {
+    match kind_of(&format!("kind = \"live\"\n{LEAST}\n{lines}")) {
+        EstimatorKind::Live(config) => *config,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn the_live_estimator_is_told_of_no_body_unless_one_is_declared() {
+    let (torsion, _) = tested("");
+    // Three samples of 300 Hz make one.
+    assert_eq!(live(""), LiveConfig::new(torsion, 0.01));
+}
+
+#[test]
+fn a_declared_body_arrives_in_si() {
+    let lines = "swing_max_deg = 3.0\nfit_work_per_sample = 9\ngyro_count_deg_s = 0.25\n\
+                 gyro_raw_sigma_deg_s = 0.1\nbody_inertia_sigma_percent = 1.0\n\
+                 body_swing_damping_sigma_percent = 20.0\ngravity_m_s2 = 9.8";
+    let config = live(&format!("{BODY}\n{lines}"));
+    let swing = config.swing.expect("it is declared");
+    let quantiser = config.quantiser.expect("it was given");
+    assert_eq!((swing.body.mass_kg, swing.body.com_depth_m), (1.5, 0.2));
+    assert_eq!(swing.body.inertia_kg_m2, [0.02, 0.03, 0.04]);
+    assert_eq!((swing.body.gravity_m_s2, swing.body.swing_damping_1_s), (9.8, 0.01));
+    assert_eq!(config.work_per_sample, 9);
+    for (si, expected) in [
+        (swing.axis.tilt_b_rad[0], RAD_PER_DEG.sin()),
+        (swing.axis.tilt_b_rad[1], -(0.5 * RAD_PER_DEG).sin()),
+        (swing.axis.tilt_sigma_rad, 0.1 * RAD_PER_DEG),
+        (swing.inertia_sigma, 0.01),
+        (swing.swing_damping_sigma, 0.2),
+        (config.swing_max_rad, 3.0 * RAD_PER_DEG),
+        (quantiser.step_rad_s, 0.25 * RAD_PER_DEG),
+        (quantiser.raw_sigma_rad_s, 0.1 * RAD_PER_DEG),
+    ] {
+        // A product or two: a few last bits.
+        assert!((si / expected - 1.0).abs() < 1e-14, "{si} for {expected}");
+    }
+}
+
+#[test]
+fn half_a_declaration_and_impossible_bodies_are_refused() {
+    for missing in BODY.lines() {
+        let rest: Vec<_> = BODY.lines().filter(|line| *line != missing).collect();
+        let lines = format!("kind = \"live\"\n{LEAST}\n{}", rest.join("\n"));
+        let (key, _) = missing.split_once(" = ").expect("a line has a key");
+        let said = refusal(&with_estimator(&lines));
+        assert!(said.contains(&format!("`estimator[0].{key}`")), "{said}");
+        assert!(said.contains("missing; add it"), "{said}");
+    }
+    for (line, place, remedy) in [
+        ("body_mass_kg = 0.0", "body_mass_kg` = 0.0", "greater than 0"),
+        ("body_inertia_kg_m2 = [1.0, 2.0]", "body_inertia_kg_m2` = ", "three moments"),
+        ("body_inertia_kg_m2 = [1.0, -2.0, 1.0]", "body_inertia_kg_m2[1]` = ", "greater than 0"),
+        ("input_axis_deg = [50.0, 0.0]", "estimator[0]`", "below 45 degrees"),
+        ("swing_max_deg = 90.0", "swing_max_deg` = 90.0", "0 to 85"),
+        ("gyro_raw_sigma_deg_s = 0.1", "gyro_raw_sigma_deg_s` = 0.1", "add that"),
+        ("fit_work_per_sample = 0", "fit_work_per_sample` = 0", "1 to"),
+    ] {
+        let (key, _) = line.split_once(" = ").expect("a line has a key");
+        let others: Vec<_> = BODY.lines().filter(|other| !other.starts_with(key)).collect();
+        let lines = format!("kind = \"live\"\n{LEAST}\n{}\n{line}", others.join("\n"));
+        let said = refusal(&with_estimator(&lines));
+        assert!(said.contains(place) && said.contains(remedy), "{line}: {said}");
+    }
+    let said = refusal(&with_estimator(&format!("kind = \"tested-torsion\"\n{LEAST}\n{BODY}")));
+    assert!(said.contains("body_mass_kg") && said.contains("but \"live\""), "{said}");
+}
+
+#[test]
+fn a_bank_takes_what_the_filter_that_learns_takes() {
+    let (usual, _) = tested("");
+    let bank = kind_of(&format!("kind = \"hysteresis-bank\"\n{LEAST}"));
+    assert_eq!(bank, EstimatorKind::HysteresisBank(usual));
 }
