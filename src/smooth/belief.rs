@@ -4,7 +4,7 @@ use super::error::SmoothingError;
 use super::file::MeasuredRecord;
 use crate::cli::{Smooth, SmoothPrior};
 use crate::scenario::{EstimatorKind, Scenario};
-use struna_estimator::{AugmentedConfig, FilterConfig, StartPrior};
+use struna_estimator::{AugmentedConfig, FilterConfig, Refinement, StartPrior};
 use struna_kernel::RAD_PER_DEG;
 
 /// A belief, and where its noise comes from.
@@ -78,9 +78,28 @@ fn noise(prior: &SmoothPrior, told: Option<f64>, record: &MeasuredRecord) -> (f6
 /// Period and start belief of a scenario's first torsional estimator.
 fn told_by(path: &std::path::Path) -> anyhow::Result<(f64, FilterConfig)> {
     let scenario = Scenario::read(path)?;
-    let torsional = scenario.estimators.iter().find_map(|plan| match plan.kind {
-        EstimatorKind::TorsionalOscillation { period_s } => Some((period_s, plan.config)),
-        _ => None,
+    let torsional = scenario.estimators.iter().find_map(|plan| match &plan.kind {
+        EstimatorKind::PlainIntegration(_) | EstimatorKind::PermanentRotation(_) => None,
+        EstimatorKind::TorsionalOscillation { config, period_s } => Some((*period_s, *config)),
+        EstimatorKind::AugmentedTorsion(config)
+        | EstimatorKind::TestedTorsion { config, .. }
+        | EstimatorKind::HysteresisBank(config) => Some(of_two_states(config)),
+        EstimatorKind::Live(config) => Some(of_two_states(&config.torsion)),
     });
     Ok(torsional.ok_or_else(|| SmoothingError::NoTorsion { path: path.to_owned() })?)
+}
+
+/// Period and start belief of a filter that knows more.
+fn of_two_states(config: &AugmentedConfig) -> (f64, FilterConfig) {
+    let start = &config.start;
+    let of_two = FilterConfig {
+        angle_start_rad: start.angle_rad,
+        rate_start_rad_s: start.rate_rad_s,
+        angle_variance_start_rad2: start.angle_sigma_rad * start.angle_sigma_rad,
+        rate_variance_start_rad2_s2: start.rate_sigma_rad_s * start.rate_sigma_rad_s,
+        measurement_variance_rad2_s2: config.measurement_variance_rad2_s2,
+        process_noise_rad2_s3: config.process_noise_rad2_s3,
+        refinement: Refinement::OFF,
+    };
+    (start.period_s, of_two)
 }
