@@ -216,6 +216,24 @@ fn the_covariance_is_replaced_at_every_nth_update() {
 }
 
 #[test]
+fn reading_m1_adds_nothing_before_its_first_estimate_and_then_at_every_update() {
+    let filter = |samples| {
+        let refinement = Refinement { samples, reading: Reading::M1 };
+        Filter::torsional_oscillation(config(refinement), 480.0).unwrap()
+    };
+    let (mut adds, mut plain) = (filter(5), filter(0));
+    // The estimate that the fifth update completes is there for the sixth.
+    for k in 0..20 {
+        run(&mut adds, k, k + 1);
+        run(&mut plain, k, k + 1);
+        let more = adds.belief().covariance.rate_rad2_s2 > plain.belief().covariance.rate_rad2_s2;
+        assert_eq!(more, k >= 5, "update {k}");
+    }
+    // Three numbers more to save than any other reading.
+    assert_eq!((plain.saved_len(), adds.saved_len()), (84, 108));
+}
+
+#[test]
 fn a_step_is_a_prediction_and_an_update_or_nothing() {
     let refinement = Refinement { samples: 7, reading: Reading::M6 };
     let mut whole = Filter::torsional_oscillation(config(refinement), 480.0).unwrap();
