@@ -5,12 +5,15 @@
 //! ([`Filter`]) and differ in the motion they assume: [`PermanentRotation`] (constant rate) and
 //! [`TorsionalOscillation`] (undamped torsion of known period). The fourth learns period, damping
 //! and bias while it watches ([`AugmentedFilter`]), and with a test of its own innovations it also
-//! survives kicks and outliers ([`TestedFilter`]). All meet the contract of [`RateEstimator`].
+//! survives kicks and outliers ([`TestedFilter`]). [`SwingFilter`] follows a body that swings while
+//! it turns. All meet the contract of [`RateEstimator`]; [`ThreeAxisFilter`], which takes three
+//! rates at once, meets its like.
 //!
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
 //! here. Nothing on the predict and update path allocates or panics. No standard library, so that
-//! the filters run on a microcontroller: only [`TestedFilter`] needs an allocator, when it is made.
+//! the filters run on a microcontroller: only [`TestedFilter`] and [`SwingFilter`] need an allocator,
+//! when they are made.
 
 #![no_std]
 
