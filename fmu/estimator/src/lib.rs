@@ -6,9 +6,10 @@
 //! [`TorsionalOscillation`] (undamped torsion of known period). The fourth learns period, damping
 //! and bias while it watches ([`AugmentedFilter`]), and with a test of its own innovations it also
 //! survives kicks and outliers ([`TestedFilter`]). On a thread that yields none of them is right,
-//! and a bank of filters with friction in the thread takes over ([`HysteresisBank`]). What a live
-//! rig runs is none of them alone but [`LiveEstimator`], which switches between them and says so.
-//! All meet the contract of [`RateEstimator`].
+//! and a bank of filters with friction in the thread takes over ([`HysteresisBank`]);
+//! [`SwingFilter`] follows a body that swings while it turns. What a live rig runs is none of them
+//! alone but [`LiveEstimator`], which switches between them and says so. All meet the contract of
+//! [`RateEstimator`]; [`ThreeAxisFilter`], which takes three rates at once, meets its like.
 //!
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from

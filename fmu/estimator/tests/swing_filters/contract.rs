@@ -327,3 +327,80 @@ fn a_belief_that_is_none_is_refused_by_name() {
     assert_eq!(refusal(|b| b.covariance[5][2] = f64::INFINITY), "covariance");
     assert_eq!(refusal(|b| b.mean[1] = -1.0), "e1^2 + e2^2");
 }
+
+/// A belief of certainty: hanging by `tilt_rad` and else as the configuration says.
+fn certain(config: &SwingConfig, tilt_rad: f64) -> SwingBelief {
+    let omega = std::f64::consts::TAU / config.start.period_s;
+    let mut mean = [0.0; SWING_STATES];
+    mean[0] = tilt_rad.sin();
+    (mean[6], mean[7]) = (omega * omega, 0.1 * omega);
+    (mean[8], mean[9], mean[10]) = (1.0, 1.0, 1.0);
+    SwingBelief::independent(mean, [0.0; SWING_STATES])
+}
+
+#[test]
+fn noise_is_that_of_the_configuration_and_grows_with_the_swing() {
+    let config = Truth::new(Scenario::swing(0.0), 0).config();
+    for (tilt_rad, amplitude_rad) in [(0.2, 0.2), (0.0, 0.1 * RAD_PER_DEG)] {
+        let belief = certain(&config, tilt_rad);
+        let mut filter = SwingFilter::new(&config, &InnovationTest::STANDARD, &belief).unwrap();
+        filter.predict(STEP_S).unwrap();
+        let p = filter.swing_belief().covariance;
+        let swing = (2e-3 * amplitude_rad).powi(2) * STEP_S;
+        let rate = (1e-3 * RAD_PER_DEG).powi(2) * STEP_S;
+        let bias = (1e-6 * RAD_PER_DEG).powi(2) * STEP_S;
+        for (state, expected) in [(3, swing), (4, swing), (5, rate), (11, bias)] {
+            // Rounding, and that of the sine and its inverse.
+            assert!((p[state][state] / expected - 1.0).abs() < 1e-12, "state {state}");
+        }
+        for state in [0, 1, 2, 6, 7, 8, 9, 10, 12, 13] {
+            assert!(p[state][state].abs() < 1e-300, "state {state}");
+        }
+    }
+}
+
+#[test]
+fn the_first_measurement_of_an_unknown_rate_leaves_its_own_noise() {
+    // The rate is known 10¹⁰ times worse than it is measured, and K·H is 1 to the last bit: the
+    // short form P − K·H·P leaves zero or rounding.
+    for r in [1e-12, 3e-12, 7e-12] {
+        let told = Truth::new(Scenario::swing(0.0), 0).config();
+        let config = SwingConfig { measurement_variance_rad2_s2: r, ..told };
+        let mut belief = certain(&config, 0.0);
+        belief.covariance[5][5] = 1e8;
+        let mut filter = SwingFilter::new(&config, &InnovationTest::STANDARD, &belief).unwrap();
+        filter.update(0.5).unwrap();
+        let left = filter.swing_belief().covariance[5][5];
+        // R/P = 1e-20 of it, and a few roundings.
+        assert!((left / r - 1.0).abs() < 1e-12, "{left:e} left of {r:e}");
+    }
+}
+
+#[test]
+fn a_body_that_cannot_be_is_not_believed_in() {
+    let config = Truth::new(Scenario::swing(0.0), 0).config();
+    let mut belief = certain(&config, 0.05);
+    (belief.mean[8], belief.mean[9]) = (1.5, 0.1);
+    let filter = SwingFilter::new(&config, &InnovationTest::STANDARD, &belief).unwrap();
+    assert_eq!(filter.swing_belief().mean[8..10], [1.2, 0.8]);
+    assert_eq!(filter.status(), Status::NotObservable);
+}
+
+#[test]
+fn an_outlier_hardly_counts() {
+    let (mut struck, _, mut truth) = running();
+    let mut spared = struck.clone();
+    let measured_rad_s = truth.sample(101).measured_rad_s;
+    let before = spared.belief().covariance.angle_rad2.sqrt();
+    struck.step(STEP_S, measured_rad_s + 20.0 * RAD_PER_DEG).unwrap();
+    spared.step(STEP_S, measured_rad_s).unwrap();
+    for k in 102..=300 {
+        let measured_rad_s = truth.sample(k).measured_rad_s;
+        struck.step(STEP_S, measured_rad_s).unwrap();
+        spared.step(STEP_S, measured_rad_s).unwrap();
+    }
+    assert_eq!(struck.alarms(), 0);
+    let off = (struck.belief().angle_rad - spared.belief().angle_rad).abs();
+    // A sample of 400 sigma at a weight of 1e-6, over the thousands that tell the angle.
+    assert!(off < 0.02 * before, "{off} of {before} rad");
+}

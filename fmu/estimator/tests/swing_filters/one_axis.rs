@@ -103,7 +103,6 @@ fn keeps_to_its_claim(swing_deg: f64, angle_max_deg: f64, sigma_max_deg: f64) {
         let mut truth = Truth::new(Scenario::swing(swing_deg), seed);
         let config = truth.config();
         let run = run(&mut truth, &config, 1);
-        println!("{swing_deg} deg, run {seed}: {run:?}");
         assert!(run.angle_deg < angle_max_deg, "run {seed}: {run:?}");
         assert!(run.end_sigma_deg < sigma_max_deg, "run {seed}: {run:?}");
         assert!(run.end_error_deg.abs() < 3.0 * run.end_sigma_deg, "run {seed}: {run:?}");
@@ -144,7 +143,6 @@ fn without_process_noise_the_error_is_what_is_claimed_in_all_fourteen_states() {
         // Steps of 2.5 ms: those of 10 ms mistake the swing's frequency by 8e-7, which without
         // process noise is eight sigma of what 240 s tell of A.
         let run = run(&mut truth, &config, 4);
-        println!("{swing_deg} deg, run {seed}: {run:?}");
         sum += run.nees;
     }
     // Mean of ten chi-squares of 14: 14 ± 1.7; two sigma, and one more above for what is not
@@ -161,7 +159,6 @@ fn a_kick_is_repaired() {
         let mut truth = Truth::new(Scenario { kick, ..Scenario::swing(5.0) }, seed);
         let config = truth.config();
         let run = run(&mut truth, &config, 1);
-        println!("kick at {at}, run {seed}: {run:?}");
         assert!(run.alarms >= 1, "run {seed}: {run:?}");
         assert!(run.end_error_deg.abs() < 3.0 * run.end_sigma_deg, "run {seed}: {run:?}");
         assert!(run.end_sigma_deg < 0.5, "run {seed}: {run:?}");
