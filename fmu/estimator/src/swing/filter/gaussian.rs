@@ -177,7 +177,8 @@ impl Gaussian {
         for i in 0..SWING_STATES {
             state.mean[i] += k[i] * e.residual;
             for j in 0..SWING_STATES {
-                state.p[i][j] -= k[i] * c[j] + rest[i] * k[j];
+                // In this order: the rest may be smaller than the rounding of the product.
+                state.p[i][j] = self.p[i][j] - k[i] * c[j] - rest[i] * k[j];
             }
         }
         state.mirror();
