@@ -58,12 +58,12 @@ pub struct LiveConfig {
     /// The gyro's quantiser, where it is known.
     pub quantiser: Option<Quantiser>,
     /// Steps of work that a fit may do in each update. A step moves one body and its fourteen
-    /// neighbours by one sample, some ten microseconds. Positive.
+    /// neighbours by one sample, about a microsecond. A fit takes some 10⁵ to 10⁶. Positive.
     pub work_per_sample: u32,
 }
 
 impl LiveConfig {
-    /// No body declared, 5° of swing at most, the standard test, and 50 steps of work per sample.
+    /// No body declared, 5° of swing at most, the standard test, and 400 steps of work per sample.
     #[must_use]
     pub const fn new(torsion: AugmentedConfig, sample_period_s: f64) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl LiveConfig {
             undeclared: SwingScale::UNKNOWN,
             sample_period_s,
             quantiser: None,
-            work_per_sample: 50,
+            work_per_sample: 400,
         }
     }
 

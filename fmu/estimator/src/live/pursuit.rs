@@ -12,6 +12,8 @@ use core::ops::RangeInclusive;
 const WINDOW_MIN_S: f64 = 60.0;
 const PERIOD_SHARE: f64 = 0.25;
 const WINDOW_MAX_S: f64 = 960.0;
+/// Steps of the fit that an update of the filter is worth.
+const UPDATE_STEPS: u32 = 10;
 /// What the fit moves on by when it gives a window up, s.
 const RESTART_S: f64 = 20.0;
 
@@ -158,7 +160,7 @@ impl Pursuit {
     fn catch_up(&mut self, tape: &Tape, now: u64) -> News {
         let Some(chase) = &mut self.chase else { return News::None };
         // At least two, or it would never arrive.
-        for _ in 0..self.work.max(2) {
+        for _ in 0..(self.work / UPDATE_STEPS).max(2) {
             if chase.next > now {
                 break;
             }

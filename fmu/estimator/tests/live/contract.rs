@@ -32,7 +32,7 @@ fn restored_at_any_moment_it_continues_bit_for_bit() {
     let mut at = 0;
     let mut seen = Vec::new();
     // Before, in the blow, early and late in the fit, while it catches up, and after.
-    for until in [500, 1_050, 1_700, 4_000, caught - 400, caught - 2, caught + 1, 9_900] {
+    for until in [500, 1_050, 1_700, 4_000, caught - 100, caught - 2, caught + 1, 9_900] {
         run_on(&mut straight, &run.measured_rad_s[at..until]);
         at = until;
         seen.push(name(&straight.status()));
@@ -107,16 +107,15 @@ fn bytes_that_are_none_of_its_own_are_refused_and_change_nothing() {
 #[test]
 fn a_gap_in_any_state_widens_what_is_claimed_and_is_got_over() {
     let run = eventful();
-    for (from, gap) in [(500, 300), (4_000, 300), (9_000, 300), (9_000, 900)] {
+    for (from, gap) in [(500, 300_u32), (4_000, 300), (9_000, 300), (9_000, 900)] {
         let mut live = run.estimator();
         run_on(&mut live, &run.measured_rad_s[..from]);
         let before = live.belief().covariance;
-        live.predict(f64::from(gap) * STEP_S).unwrap();
+        // All but the last step of the gap; the last one ends at the sample after it.
+        live.predict(f64::from(gap - 1) * STEP_S).unwrap();
         let after = live.belief().covariance;
         assert!(after.rate_rad2_s2 >= before.rate_rad2_s2, "{before:?} {after:?}");
-        let gap = usize::try_from(gap).unwrap();
-        run_on(&mut live, &run.measured_rad_s[from + gap - 1..from + gap]);
-        run_on(&mut live, &run.measured_rad_s[from + gap..]);
+        run_on(&mut live, &run.measured_rad_s[from + gap as usize - 1..]);
         let belief = live.belief();
         let error_rad = belief.angle_rad - run.twist_rad[9_999];
         let sigmas = (error_rad / belief.covariance.angle_rad2.sqrt()).abs();

@@ -30,9 +30,9 @@ fn a_swing_from_the_start_is_bounded_and_then_followed() {
         // The first window of the swing meter ends after 2.56 s.
         assert_eq!(trace.first_s("fitting"), Some(2));
         let followed_s = trace.first_s("swinging").unwrap();
-        assert!((60..100).contains(&followed_s), "{followed_s} s");
-        // Published for 5° and 15°: medians 0.025° and 0.04°, worst of fifty 0.05° and 0.1°. Fits
-        // that end later than those did by half a minute are twice as far off.
+        assert!((60..80).contains(&followed_s), "{followed_s} s");
+        // Published for 5° and 15°: medians 0.025° and 0.04°, worst of fifty 0.05° and 0.1°; here
+        // there is no more than one run each, and twice that is still a claim that holds.
         let limit_deg = if swing_deg > 10.0 { 0.2 } else { 0.1 };
         assert!(trace.rms_deg(120) < limit_deg, "{}°", trace.rms_deg(120));
         assert!(matches!(trace.status.last(), Some(Status::Swinging { .. })));
