@@ -199,7 +199,7 @@ fn half_a_declaration_and_impossible_bodies_are_refused() {
         ("body_inertia_kg_m2 = [1.0, 2.0]", "body_inertia_kg_m2` = ", "three moments"),
         ("body_inertia_kg_m2 = [1.0, -2.0, 1.0]", "body_inertia_kg_m2[1]` = ", "greater than 0"),
         ("input_axis_deg = [50.0, 0.0]", "estimator[0]`", "below 45 degrees"),
-        ("swing_max_deg = 90.0", "swing_max_deg` = 90.0", "0 to 85"),
+        ("swing_max_deg = 90.0", "swing_max_deg` = 90.0", "8.5e1"),
         ("gyro_raw_sigma_deg_s = 0.1", "gyro_raw_sigma_deg_s` = 0.1", "add that"),
         ("fit_work_per_sample = 0", "fit_work_per_sample` = 0", "1 to"),
     ] {
