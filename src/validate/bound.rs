@@ -127,7 +127,7 @@ mod tests {
             angle_sigma_rad: 100.0 * RAD_PER_DEG,
             period_sigma_s: 0.0,
             damping_ratio_sigma: 0.0,
-            bias_sigma_rad_s: 1.0,
+            bias_sigma_rad_s: 0.0,
             rate_sigma_rad_s: 1.0,
             ..StartPrior::released(0.0, 480.0)
         };
@@ -142,7 +142,7 @@ mod tests {
         for k in 1..=864 {
             bound.step(k, &at);
         }
-        // Rate and bias unknown are one unknown constant, and the prior of 100° counts, too.
+        // The start rate is unknown, and the prior of 100° counts, too.
         let slope = (12.0 * r * STEP_S / 8.64_f64.powi(3)).sqrt() / s;
         let expected = (slope.powi(-2) + start.angle_sigma_rad.powi(-2)).powf(-0.5);
         let found = bound.p[0][0].sqrt();
