@@ -79,10 +79,9 @@ impl Bound {
         to_rate[1] += 1.0 - h2 * s;
         let p = &mut self.p;
         let along = |f: &[f64; 5], column: [f64; 5]| (0..5).map(|i| f[i] * column[i]).sum::<f64>();
-        for j in 0..5 {
-            let column = std::array::from_fn(|i| p[i][j]);
-            (p[0][j], p[1][j]) = (along(&to_angle, column), along(&to_rate, column));
-        }
+        let columns: [[f64; 5]; 5] = std::array::from_fn(|j| std::array::from_fn(|i| p[i][j]));
+        p[0] = columns.map(|column| along(&to_angle, column));
+        p[1] = columns.map(|column| along(&to_rate, column));
         for row in p.iter_mut() {
             let cells = *row;
             (row[0], row[1]) = (along(&to_angle, cells), along(&to_rate, cells));
@@ -138,7 +137,7 @@ mod tests {
         };
         let mut bound = Bound::new(&config, 864);
         let s = (std::f64::consts::TAU / 480.0_f64).powi(2);
-        let at = TrueState { angle_rad: 6.28, rate_rad_s: 0.0, s, d: 0.0, bias_rad_s: 0.0 };
+        let at = TrueState { angle_rad: 6.0, rate_rad_s: 0.0, s, d: 0.0, bias_rad_s: 0.0 };
         for k in 1..=864 {
             bound.step(k, &at);
         }
