@@ -79,10 +79,9 @@ impl Bound {
         to_rate[1] += 1.0 - h2 * s;
         let p = &mut self.p;
         let along = |f: &[f64; 5], column: [f64; 5]| (0..5).map(|i| f[i] * column[i]).sum::<f64>();
-        for j in 0..5 {
-            let column = std::array::from_fn(|i| p[i][j]);
-            (p[0][j], p[1][j]) = (along(&to_angle, column), along(&to_rate, column));
-        }
+        let columns: [[f64; 5]; 5] = std::array::from_fn(|j| std::array::from_fn(|i| p[i][j]));
+        p[0] = columns.map(|column| along(&to_angle, column));
+        p[1] = columns.map(|column| along(&to_rate, column));
         for row in p.iter_mut() {
             let cells = *row;
             (row[0], row[1]) = (along(&to_angle, cells), along(&to_rate, cells));
@@ -127,7 +126,7 @@ mod tests {
             angle_sigma_rad: 100.0 * RAD_PER_DEG,
             period_sigma_s: 0.0,
             damping_ratio_sigma: 0.0,
-            bias_sigma_rad_s: 1.0,
+            bias_sigma_rad_s: 0.0,
             rate_sigma_rad_s: 1.0,
             ..StartPrior::released(0.0, 480.0)
         };
@@ -138,11 +137,11 @@ mod tests {
         };
         let mut bound = Bound::new(&config, 864);
         let s = (std::f64::consts::TAU / 480.0_f64).powi(2);
-        let at = TrueState { angle_rad: 6.28, rate_rad_s: 0.0, s, d: 0.0, bias_rad_s: 0.0 };
+        let at = TrueState { angle_rad: 6.0, rate_rad_s: 0.0, s, d: 0.0, bias_rad_s: 0.0 };
         for k in 1..=864 {
             bound.step(k, &at);
         }
-        // Rate and bias unknown are one unknown constant, and the prior of 100° counts, too.
+        // The start rate is unknown, and the prior of 100° counts, too.
         let slope = (12.0 * r * STEP_S / 8.64_f64.powi(3)).sqrt() / s;
         let expected = (slope.powi(-2) + start.angle_sigma_rad.powi(-2)).powf(-0.5);
         let found = bound.p[0][0].sqrt();

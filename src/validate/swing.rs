@@ -133,10 +133,10 @@ pub(super) fn suite() -> Suite {
     Suite {
         name: NAME,
         about: "Two periods of T = 120 s of a body that swings as well, truth by the full \
-                equations of motion; 1 deg of misalignment known to 0.1 deg, moments of inertia believed \
-                1 % and 0.5 % wrong. The live estimator finds the swing, bounds the angle, fits \
-                the motion and follows it; where the gyro sits on the axis it can do no more than \
-                bound. The filter of three axes sees the swing at once.",
+                equations of motion; 1 deg of misalignment known to 0.1 deg, moments of inertia \
+                believed 1 % and 0.5 % wrong. The live estimator finds the swing, bounds the \
+                angle, fits the motion and follows it; where the gyro sits on the axis it can do \
+                no more than bound. The filter of three axes sees the swing at once.",
         runs: 50,
         cases: shapes.map(case).collect(),
         requirements: requirements(),

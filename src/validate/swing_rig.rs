@@ -231,8 +231,8 @@ fn start(shape: &Shape, azimuth: f64, sense: f64) -> StartState {
     let r = -(e[0] * p + e[1] * q) / (1.0 + swing_rad.cos());
     StartState {
         tilt_rad: swing_rad,
-        // Rᵀ·z of a swing by θ about the azimuth α after a twist τ: sin θ·(sin(α − τ), cos(α − τ)).
-        tilt_azimuth_rad: e[0].atan2(e[1]) + TAU,
+        // After a swing by θ about α and a twist τ, Rᵀ·z = sin θ·(−sin(α − τ), cos(α − τ)) across.
+        tilt_azimuth_rad: (-e[0]).atan2(e[1]) + TAU,
         twist_rad: TAU,
         omega_wb_b_rad_s: [p, q, r],
         ..StartState::AT_REST
@@ -273,9 +273,10 @@ mod tests {
             Shape { swing_deg: 10.0, ratio: 1.0, misalignment_deg: 1.0, inertia_ratio: 1.0 };
         let mut rig = SwingRig::draw(shape, id).unwrap();
         let first = rig.sample(1).unwrap();
-        // A hundredth of a second later.
-        assert!((first.twist_rad - TAU).abs() < 1e-3, "{}", first.twist_rad);
-        assert!(first.twist_rate_rad_s.abs() < 0.02, "{}", first.twist_rate_rad_s);
+        // A hundredth of a second later: the thread alone gives 2e-4 rad/s by then, and the cone,
+        // which is not quite a steady one, no more than that either.
+        assert!((first.twist_rad - TAU).abs() < 1e-4, "{}", first.twist_rad);
+        assert!(first.twist_rate_rad_s.abs() < 2e-3, "{}", first.twist_rate_rad_s);
         // A conical swing turns its rate about: 10° at 9.8 rad/s, seen by the two gyros across.
         let across = first.rates_rad_s[0].hypot(first.rates_rad_s[1]);
         assert!((across - 0.1745 * 9.9).abs() < 0.1, "{across}");

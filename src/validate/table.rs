@@ -62,7 +62,7 @@ pub fn write_csv(rows: &[Row], out: &mut dyn Write) -> io::Result<()> {
 pub fn short(value: f64) -> String {
     match value.abs() {
         _ if value.is_infinite() => if value > 0.0 { "inf" } else { "-inf" }.to_owned(),
-        size if size == 0.0 => "0".to_owned(),
+        0.0 => "0".to_owned(),
         size if !(1e-3..1e5).contains(&size) => format!("{value:.2e}"),
         size if size >= 99.95 => format!("{value:.0}"),
         size if size >= 9.995 => format!("{value:.1}"),

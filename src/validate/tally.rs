@@ -114,8 +114,9 @@ impl Tally {
     }
 
     fn epoch(&mut self, k: u32, truth: &Truth) {
+        #[expect(clippy::cast_possible_truncation, reason = "ten")]
         let length = self.schedule.samples / EPOCHS as u32;
-        if length == 0 || k % length != 0 {
+        if length == 0 || !k.is_multiple_of(length) {
             return;
         }
         let (error_rad, sigma_rad) = self.end;

@@ -23,9 +23,9 @@ pub(super) const DAMPING_RATIO: f64 = 0.03;
 pub(super) const R_RAD2_S2: f64 = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
 /// Where the body is let go, deg.
 pub(super) const START_DEG: f64 = 360.0;
-/// How long a kick that is over may stay unseen, s; claims of the whole state are not judged until
+/// How long a kick that is over may stay unseen: 5 s. Claims of the whole state are not judged until
 /// then. Of the smallest ones a tenth take 2 s.
-const SETTLING_S: f64 = 5.0;
+const SETTLING_SAMPLES: u32 = 500;
 
 /// What is drawn for a run of a body let go at rest at 360°.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,8 +207,7 @@ impl Drawn {
             self.motion_from = k;
         }
         let axial_kg_m2 = self.body.params().inertia_kg_m2[2];
-        let settling = (SETTLING_S / STEP_S) as u32;
-        let struck = |kick: &Kick| (kick.from..=kick.to + settling).contains(&k);
+        let struck = |kick: &Kick| (kick.from..=kick.to + SETTLING_SAMPLES).contains(&k);
         Truth {
             state: TrueState {
                 angle_rad,

@@ -81,7 +81,7 @@ fn a_claim_too_small_by_a_half_is_found_by_its_squares() {
 #[test]
 fn false_alarms_are_counted_by_poisson() {
     let alarms = Statistic::Count(Column::Alarms);
-    let one_in_five = |run: u32| if run % 5 == 0 { 1.0 } else { 0.0 };
+    let one_in_five = |run: u32| if run.is_multiple_of(5) { 1.0 } else { 0.0 };
     // 40 in 200 runs: at most 54.5, at least 28.6.
     let rows = rows(200, Column::Alarms, one_in_five);
     assert_eq!(verdict(&rows, alarms, 0.0..=0.28), Verdict::Met);

@@ -51,7 +51,7 @@ impl Chart {
             let plane = self.plane();
             if let Some((low, high, _)) = &self.band {
                 let ends = |y: f64| [plane.x_low(y), plane.x_high(y)];
-                plane.band(area, (&ends(*low), &ends(*high)), PALETTE[6])?;
+                plane.band(area, [&ends(*low), &ends(*high)], PALETTE[6])?;
             }
             plane.draw(area, &self.x_name, Some(&self.y_name))?;
             let mut at = LegendRow::default();

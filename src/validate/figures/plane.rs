@@ -207,7 +207,7 @@ impl Plane {
     pub(super) fn band(
         &self,
         area: &Area<'_>,
-        (low, high): (&[(f64, f64)], &[(f64, f64)]),
+        [low, high]: [&[(f64, f64)]; 2],
         colour: RGBColor,
     ) -> Drawn {
         let outline = low.iter().chain(high.iter().rev()).map(|point| self.at(*point));
