@@ -129,7 +129,7 @@ pub struct SwingConfig {
 
 impl SwingConfig {
     /// A quiet laboratory and a body measured with care: moments to 2 %, decay of the swing to
-    /// 50 %; walks of 0.002 s^(−3/2) of the swing's amplitude, (0.001 °/s)² and (1e-6 °/s)² per
+    /// 50 %; walks of 0.001 s^(−3/2) of the swing's amplitude, (0.001 °/s)² and (1e-6 °/s)² per
     /// second.
     #[must_use]
     pub const fn quiet(
@@ -145,7 +145,7 @@ impl SwingConfig {
             measurement_variance_rad2_s2,
             inertia_sigma: 0.02,
             swing_damping_sigma: 0.5,
-            swing_walk_s_m3_2: 2e-3,
+            swing_walk_s_m3_2: 1e-3,
             rate_walk_rad2_s3: 1e-6 * DEG * DEG,
             bias_walk_rad2_s3: 1e-12 * DEG * DEG,
             scale_factor_sigma: 0.0,
