@@ -142,6 +142,25 @@ fn a_span_that_is_none_is_refused_by_all() {
     assert_eq!(step_both(&mut lanes, &mut singles, 0.01, rates(1)), [None; 8]);
 }
 
+/// What only a sum shows: every number that a step would leave is finite.
+#[test]
+fn sums_that_overflow_are_refused_as_single_filters_refuse_them() {
+    let innovation = FilterConfig {
+        rate_variance_start_rad2_s2: 1.7e308,
+        measurement_variance_rad2_s2: 1.7e308,
+        ..CONFIG
+    };
+    let belief =
+        FilterConfig { angle_start_rad: 0.85e308, rate_start_rad_s: 0.95e308, ..CONFIG };
+    for config in [innovation, belief] {
+        let filter = |config| Filter::permanent_rotation(config).unwrap();
+        let mut singles = [filter(CONFIG), filter(config)];
+        let mut lanes = FilterLanes::new(singles.clone()).unwrap();
+        let refused = step_both(&mut lanes, &mut singles, 0.0, [0.0, 0.0]);
+        assert!(refused[0].is_none() && refused[1].is_some(), "{refused:?}");
+    }
+}
+
 #[test]
 fn a_filter_that_refines_is_no_lane() {
     let refinement = Refinement { samples: 7, reading: Reading::M6 };
