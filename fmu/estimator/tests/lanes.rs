@@ -69,7 +69,11 @@ fn run_alike<const N: usize>() {
     let (mut singles, mut lanes) = (filters::<N>(), FilterLanes::new(filters::<N>()).unwrap());
     for k in 0..2000 {
         // Spans change now and then, as they do when samples are lost.
-        let span_s = if k % 97 == 0 { 0.03 } else { 0.01 };
+        let span_s = match k % 97 {
+            5 => 0.03,
+            6 => 0.0,
+            _ => 0.01,
+        };
         let refused = step_both(&mut lanes, &mut singles, span_s, rates(k));
         assert_eq!(refused, [None; N], "step {k}");
         if k % 211 == 0 {
