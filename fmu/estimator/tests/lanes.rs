@@ -154,8 +154,7 @@ fn sums_that_overflow_are_refused_as_single_filters_refuse_them() {
         measurement_variance_rad2_s2: 1.7e308,
         ..CONFIG
     };
-    let belief =
-        FilterConfig { angle_start_rad: 0.85e308, rate_start_rad_s: 0.95e308, ..CONFIG };
+    let belief = FilterConfig { angle_start_rad: 0.85e308, rate_start_rad_s: 0.95e308, ..CONFIG };
     for config in [innovation, belief] {
         let filter = |config| Filter::permanent_rotation(config).unwrap();
         let mut singles = [filter(CONFIG), filter(config)];
