@@ -69,7 +69,11 @@ fn run_alike<const N: usize>() {
     let (mut singles, mut lanes) = (filters::<N>(), FilterLanes::new(filters::<N>()).unwrap());
     for k in 0..2000 {
         // Spans change now and then, as they do when samples are lost.
-        let span_s = if k % 97 == 0 { 0.03 } else { 0.01 };
+        let span_s = match k % 97 {
+            5 => 0.03,
+            6 => 0.0,
+            _ => 0.01,
+        };
         let refused = step_both(&mut lanes, &mut singles, span_s, rates(k));
         assert_eq!(refused, [None; N], "step {k}");
         if k % 211 == 0 {
@@ -140,6 +144,24 @@ fn a_span_that_is_none_is_refused_by_all() {
         assert_eq!(refused.to_string(), "8 of 8 filters refuse");
     }
     assert_eq!(step_both(&mut lanes, &mut singles, 0.01, rates(1)), [None; 8]);
+}
+
+/// What only a sum shows: every number that a step would leave is finite.
+#[test]
+fn sums_that_overflow_are_refused_as_single_filters_refuse_them() {
+    let innovation = FilterConfig {
+        rate_variance_start_rad2_s2: 1.7e308,
+        measurement_variance_rad2_s2: 1.7e308,
+        ..CONFIG
+    };
+    let belief = FilterConfig { angle_start_rad: 0.85e308, rate_start_rad_s: 0.95e308, ..CONFIG };
+    for config in [innovation, belief] {
+        let filter = |config| Filter::permanent_rotation(config).unwrap();
+        let mut singles = [filter(CONFIG), filter(config)];
+        let mut lanes = FilterLanes::new(singles.clone()).unwrap();
+        let refused = step_both(&mut lanes, &mut singles, 0.0, [0.0, 0.0]);
+        assert!(refused[0].is_none() && refused[1].is_some(), "{refused:?}");
+    }
 }
 
 #[test]

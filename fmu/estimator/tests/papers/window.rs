@@ -73,7 +73,9 @@ fn around(n: u32) -> Vec<u32> {
 
 /// Where the parabola through the points, by least squares, is lowest.
 fn vertex(x: &[f64], y: &[f64]) -> f64 {
-    let design = nalgebra::DMatrix::from_fn(x.len(), 3, |row, column| x[row].powi(column as i32));
+    let design = nalgebra::DMatrix::from_fn(x.len(), 3, |row, column| {
+        [1.0, x[row], x[row] * x[row]][column]
+    });
     let right = nalgebra::DVector::from_row_slice(y);
     let fit = design.svd(true, true).solve(&right, 1e-12).unwrap();
     assert!(fit[2] > 0.0, "the errors have a minimum: {fit}");
