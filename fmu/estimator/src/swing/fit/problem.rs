@@ -266,6 +266,6 @@ pub(super) mod tests {
         assert!((two.first_s - 0.005).abs() < 1e-15 && (two.step_s - 0.02).abs() < 1e-15);
         let quieter = (two.inverse_noise / one.inverse_noise).powi(2);
         assert!((quieter - 2.0).abs() < 1e-12);
-        assert!(two.averaging(&config, 0.01, 1) == one);
+        assert_eq!(two.averaging(&config, 0.01, 1), one);
     }
 }
