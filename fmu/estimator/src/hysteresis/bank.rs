@@ -87,13 +87,19 @@ impl HysteresisBank {
         })
     }
 
-    /// Predicts over `span_s` and takes in a measurement valid at its end.
+    /// Predicts over `span_s` and takes in a measurement valid at its end: both, or neither.
     ///
     /// # Errors
-    /// What predict and update refuse. When the measurement is refused the prediction stands.
+    /// What predict and update refuse; the bank is then as it was before the call.
     pub fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        let before = (self.seats.clone(), self.since_update_s);
         self.predict(span_s)?;
-        self.update(rate_rad_s)
+        // An update that is refused changes nothing, so the prediction alone is taken back.
+        let updated = self.update(rate_rad_s);
+        if updated.is_err() {
+            (self.seats, self.since_update_s) = before;
+        }
+        updated
     }
 
     /// Weights of the members, the linear thread's first: they sum to 1; a member that was dropped

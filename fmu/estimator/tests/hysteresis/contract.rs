@@ -90,10 +90,17 @@ fn a_step_is_a_prediction_and_an_update_or_nothing() {
         parts.predict(STEP_S).unwrap();
         assert_eq!(whole, parts.update(rate_rad_s).unwrap());
     }
-    assert!(filter.step(STEP_S, f64::NAN).is_err());
-    assert!(filter.step(STEP_S, f64::MAX).is_err());
-    assert!(filter.step(-STEP_S, 0.0).is_err());
+    let mut bank = bank();
+    drive(&mut bank, &mut truth(), 0..300);
+    let before = saved(&bank);
+    for (span_s, rate_rad_s) in [(STEP_S, f64::NAN), (STEP_S, f64::MAX), (-STEP_S, 0.0)] {
+        assert!(filter.step(span_s, rate_rad_s).is_err());
+        assert!(bank.step(span_s, rate_rad_s).is_err());
+    }
     assert_eq!(saved(&filter), saved(&parts));
+    assert_eq!(saved(&bank), before);
+    bank.step(STEP_S, -0.01).unwrap();
+    assert_ne!(saved(&bank), before);
 }
 
 #[test]
