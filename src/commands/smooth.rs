@@ -30,6 +30,8 @@ pub(super) fn execute(args: &Smooth) -> Result<Outcome> {
     write_whole(&args.out.join("figure.svg"), |out| out.write_all(svg.as_bytes()))?;
     write_whole(&args.out.join("report.txt"), |out| out.write_all(report.as_bytes()))?;
     let folder = args.out.display();
-    println!("{report}\nwritten to {folder}: smoothed.csv, figure.svg, report.txt");
+    super::print(&format!(
+        "{report}\nwritten to {folder}: smoothed.csv, figure.svg, report.txt\n"
+    ))?;
     Ok(Outcome::Complete)
 }
