@@ -32,8 +32,8 @@ fn a_thread_that_yields_is_told_and_reckoned_with() {
 
 #[test]
 fn a_linear_thread_is_never_called_yielding_by_blows() {
-    for seed in 10..14 {
-        let blow = Some((100.0, [0.0, 0.0, [3.0, -1.0, 0.05, 0.1][seed as usize - 10]]));
+    for (seed, rate_deg_s) in [(10, 3.0), (11, -1.0), (12, 0.05), (13, 0.1)] {
+        let blow = Some((100.0, [0.0, 0.0, rate_deg_s]));
         let case = Case { blow, seed, seconds: 480, torsion_s: 480.0, ..Case::STILL };
         let run = Run::of(&case);
         let trace = run.trace(&mut run.estimator());
