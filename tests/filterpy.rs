@@ -1,7 +1,11 @@
 //! FilterPy, which shares no code with this workspace, referees the plain Kalman filters: both
 //! motions, with process noise and without, at irregular steps and across gaps.
 
-#![expect(clippy::panic, reason = "a panic fails the test")]
+#![expect(
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a panic fails the test, figures for whoever asks"
+)]
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
