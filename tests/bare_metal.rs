@@ -1,8 +1,6 @@
 //! The estimators run where there is no operating system: they compile for every target without a
 //! standard library that is installed here.
 
-#![expect(clippy::print_stdout, reason = "which targets were compiled for is what one looks for")]
-
 use std::path::Path;
 use std::process::Command;
 
