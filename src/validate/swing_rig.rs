@@ -40,8 +40,8 @@ const INTEGRATOR: Integrator = Integrator::Rk4 { step_s: 5e-3 };
 pub(super) struct Shape {
     /// Long half axis of the ellipse, deg.
     pub(super) swing_deg: f64,
-    /// Short half axis over the long one; its sense is drawn.
-    pub(super) ratio: f64,
+    /// Short half axis over the long one; none when that is drawn too. Its sense always is.
+    pub(super) ratio: Option<f64>,
     /// Angle between the gyro's input axis and the body's, deg.
     pub(super) misalignment_deg: f64,
     /// B over A.
@@ -56,8 +56,8 @@ pub(super) struct SwingRig {
     damping_ratio: f64,
     biases_rad_s: [f64; 3],
     start_error_rad: f64,
-    /// Sense of the ellipse.
-    sense: f64,
+    /// Short half axis of the ellipse over the long one, with the sign of its sense.
+    ratio: f64,
     calibrated: InputAxis,
     /// True input axis across the body's.
     axis: [f64; 2],
@@ -86,6 +86,7 @@ impl SwingRig {
         let open = |channel| AddressedRandom::new(id.seed, channel, u64::from(id.run));
         let mut draws = open(Channel::StartError);
         let sense = if draws.uniform(40) < 0.5 { -1.0 } else { 1.0 };
+        let ratio = sense * shape.ratio.unwrap_or_else(|| draws.uniform(43));
         let (azimuth, axis_azimuth) = (TAU * draws.uniform(41), TAU * draws.uniform(42));
         let mut n = |k| draws.standard_normal(k);
         let period_s = PERIOD_S * (1.0 + 0.01 * n(1));
@@ -94,14 +95,14 @@ impl SwingRig {
         let calibrated = InputAxis::towards(misalignment_rad, axis_azimuth, AXIS_SIGMA_RAD);
         let [x, y] = calibrated.tilt_b_rad;
         let rig = rig(&shape, period_s, damping_ratio)?;
-        let motion = TruthMotion::new(rig, &start(&shape, azimuth, sense), INTEGRATOR)?;
+        let motion = TruthMotion::new(rig, &start(&shape, azimuth, ratio), INTEGRATOR)?;
         Ok(Self {
             shape,
             period_s,
             damping_ratio,
             biases_rad_s: [3, 5, 6].map(|k| 0.05 * RAD_PER_DEG * n(k)),
             start_error_rad: START_SIGMA_RAD * n(4),
-            sense,
+            ratio,
             calibrated,
             axis: [x + AXIS_SIGMA_RAD * n(7), y + AXIS_SIGMA_RAD * n(8)],
             motion,
@@ -125,7 +126,7 @@ impl SwingRig {
         row.set(Column::NoiseDegS, R_RAD2_S2.sqrt() / RAD_PER_DEG);
         row.set(Column::BelievedNoiseDegS, R_RAD2_S2.sqrt() / RAD_PER_DEG);
         row.set(Column::SwingDeg, self.shape.swing_deg);
-        row.set(Column::SwingRatio, self.sense * self.shape.ratio);
+        row.set(Column::SwingRatio, self.ratio);
         let across_rad = self.axis[0].hypot(self.axis[1]).asin();
         row.set(Column::MisalignmentDeg, across_rad / RAD_PER_DEG);
         row.set(Column::InertiaRatio, self.shape.inertia_ratio);
@@ -218,14 +219,14 @@ fn rig(shape: &Shape, period_s: f64, damping_ratio: f64) -> Result<Rig> {
 }
 
 /// A body let go at one turn, at the wide end of an ellipse in a random direction.
-fn start(shape: &Shape, azimuth: f64, sense: f64) -> StartState {
+fn start(shape: &Shape, azimuth: f64, ratio: f64) -> StartState {
     let swing_rad = shape.swing_deg * RAD_PER_DEG;
     let mean_kg_m2 = 0.5 * (INERTIA_A_KG_M2 + INERTIA_A_KG_M2 * shape.inertia_ratio);
     let swing_rad_s = (MASS_KG * GRAVITY_M_S2 * COM_DEPTH_M / mean_kg_m2).sqrt();
     let (sin, cos) = azimuth.sin_cos();
     let e = [swing_rad.sin() * cos, swing_rad.sin() * sin];
     // The vertical leans at the rates (-q, p), here at right angles to where it leans.
-    let across = shape.ratio * sense * swing_rad * swing_rad_s;
+    let across = ratio * swing_rad * swing_rad_s;
     let (p, q) = (across * cos, across * sin);
     // The twist starts at rest: its rate is r + (e1 p + e2 q)/(1 + e3).
     let r = -(e[0] * p + e[1] * q) / (1.0 + swing_rad.cos());
@@ -249,9 +250,9 @@ mod tests {
     #[test]
     fn the_rigid_body_engine_sees_the_same_swing() {
         let shape =
-            Shape { swing_deg: 15.0, ratio: 0.2, misalignment_deg: 1.0, inertia_ratio: 1.05 };
+            Shape { swing_deg: 15.0, ratio: None, misalignment_deg: 1.0, inertia_ratio: 1.05 };
         let rig = rig(&shape, 120.0, 0.03).unwrap();
-        let start = start(&shape, 0.7, -1.0);
+        let start = start(&shape, 0.7, -0.2);
         let at = SimTime::from_s(20.0).unwrap();
         let moved = |backend: Backend| {
             TruthMotion::new(rig.clone(), &start, backend).unwrap().motion_at(at).unwrap()
@@ -270,7 +271,7 @@ mod tests {
     fn a_run_starts_at_one_turn_at_rest_in_twist_and_as_wide_as_asked() {
         let id = RunId { seed: struna_kernel::Seed(5), run: 3 };
         let shape =
-            Shape { swing_deg: 10.0, ratio: 1.0, misalignment_deg: 1.0, inertia_ratio: 1.0 };
+            Shape { swing_deg: 10.0, ratio: Some(1.0), misalignment_deg: 1.0, inertia_ratio: 1.0 };
         let mut rig = SwingRig::draw(shape, id).unwrap();
         let first = rig.sample(1).unwrap();
         // A hundredth of a second later: the thread alone gives 2e-4 rad/s by then, and the cone,
