@@ -21,6 +21,7 @@ mod fused;
 mod gyro;
 mod line;
 mod rapier;
+mod swing;
 mod table;
 mod timing;
 mod truth;
@@ -30,9 +31,10 @@ use table::Row;
 
 type Part = (&'static str, fn() -> Result<Vec<Row>>);
 
-const PARTS: [Part; 12] = [
+const PARTS: [Part; 13] = [
     ("filters", filters::rows),
     ("augmented", augmented::rows),
+    ("swing", swing::rows),
     ("fmus", fmus::rows),
     ("truth", truth::rows),
     ("batch", batch::rows),

@@ -255,7 +255,12 @@ impl Model {
         let inverse = 1.0 / mean.s;
         let angle_rad = -mean.alpha * inverse;
         let rate_rad_s = mean.rate;
-        let angle2 = (p.aa + angle_rad * (2.0 * p.as_ + angle_rad * p.ss)) * inverse * inverse;
+        let mut angle2 = (p.aa + angle_rad * (2.0 * p.as_ + angle_rad * p.ss)) * inverse * inverse;
+        if self.is_at_a_bound(state) {
+            // A parameter that was led to its end has lost its covariance's meaning, and φ = −α/s
+            // with it: no more is known than how large it seems.
+            angle2 = angle2.max(0.0) + angle_rad * angle_rad;
+        }
         let cross = -(p.aw + angle_rad * p.ws) * inverse;
         let scale = self.scale_factor_variance;
         Belief {
