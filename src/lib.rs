@@ -3,8 +3,8 @@
 //! `main.rs` parses the command line and hands over to [`commands`]. A [`scenario`] file describes
 //! a run; [`session`] builds the chain for it and gathers the [`record`]; [`score`] and [`figure`]
 //! read the record and nothing else, and [`mod@compare`] tells how far two results are apart;
-//! [`characterize`] finds a gyro's noise in what it read at rest, and [`mod@smooth`] looks back over
-//! a recorded run.
+//! [`characterize`] finds a gyro's noise in what it read at rest, [`mod@smooth`] looks back over a
+//! recorded run, and [`validate`] tells how far each estimator can be trusted.
 
 pub mod backend;
 pub mod characterize;

@@ -1,5 +1,5 @@
-//! One predict and update of the two-state filter, beside kfilter and adskalman with the same model;
-//! and of eight filters at once, beside a limit.
+//! One predict and update of the two-state filter, beside kfilter and adskalman with the same
+//! model; and of eight filters at once, beside a limit.
 //!
 //! Measurements change from call to call, and each call starts from the result of the one before:
 //! what counts is the length of that chain.

@@ -3,7 +3,7 @@
 use super::belief::StartBelief;
 use super::file::MeasuredRecord;
 use super::hindsight::{Hindsight, Learnt, in_words};
-use crate::record::{ESTIMATOR_SIGNALS, Record};
+use crate::record::Record;
 use crate::score::Score;
 use std::fmt::{self, Write};
 use struna_estimator::{Belief, Kick, Status};
@@ -11,6 +11,9 @@ use struna_kernel::RAD_PER_DEG;
 
 /// Kicks that are listed; the rest is counted.
 const KICKS_LISTED: usize = 20;
+/// Signals of a hindsight: it has no innovations, and one status for all of the record.
+const SIGNALS: [&str; 5] =
+    ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s", "residual_rad_s"];
 
 /// The record in hindsight: what was measured and what is true as they were, and the method as an
 /// estimator.
@@ -19,8 +22,7 @@ pub fn record(measured: &MeasuredRecord, hindsight: &Hindsight) -> Record {
     let method = hindsight.method;
     let fixed = ["time", "measured_rate_rad_s", "over_range"].map(str::to_owned);
     let truth = measured.truth.iter().map(|(name, _)| name.clone());
-    let signals = ESTIMATOR_SIGNALS.into_iter().chain(["residual_rad_s"]);
-    let signals = signals.map(|signal| format!("{method}.{signal}"));
+    let signals = SIGNALS.map(|signal| format!("{method}.{signal}"));
     let mut record = Record::with_columns(fixed.into_iter().chain(truth).chain(signals));
     let half_spans_s = measured.spans_s().map(|span_s| 0.5 * span_s);
     for ((k, belief), half_s) in hindsight.beliefs.iter().enumerate().zip(half_spans_s) {

@@ -23,8 +23,8 @@ pub(super) const DAMPING_RATIO: f64 = 0.03;
 pub(super) const R_RAD2_S2: f64 = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
 /// Where the body is let go, deg.
 pub(super) const START_DEG: f64 = 360.0;
-/// How long a kick that is over may stay unseen: 5 s. Claims of the whole state are not judged until
-/// then. Of the smallest ones a tenth take 2 s.
+/// How long a kick that is over may stay unseen: 5 s. Claims of the whole state are not judged
+/// until then. Of the smallest ones a tenth take 2 s.
 const SETTLING_SAMPLES: u32 = 500;
 
 /// What is drawn for a run of a body let go at rest at 360°.

@@ -80,7 +80,8 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// The plan for a torsion of `torsion_s` and a swing of `swing_rad_s`, sampled every `period_s`.
+    /// The plan for a torsion of `torsion_s` and a swing of `swing_rad_s`, sampled every
+    /// `period_s`.
     ///
     /// All windows are walked over with samples averaged, as far as the swing allows; the longest
     /// one is then walked over once more with every sample.
