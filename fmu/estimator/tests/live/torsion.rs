@@ -37,15 +37,14 @@ fn a_body_that_rests_is_nominal() {
 
 #[test]
 fn a_blow_about_the_thread_is_a_disturbance_and_no_swing() {
-    for rate_deg_s in [0.2_f64, -1.0, 5.0] {
+    for rate_deg_s in [0.05_f64, 0.1, 0.2, -1.0, 5.0] {
         let case = Case { blow: Some((60.0, [0.0, 0.0, rate_deg_s])), ..Case::STILL };
         let shown = agrees_throughout(&case);
         let struck = shown.iter().position(|status| *status != Status::Nominal).unwrap();
         assert!((6_000..6_200).contains(&struck), "{struck}");
         assert!(matches!(shown[struck], Status::Disturbed { .. }), "{:?}", shown[struck]);
-        // A quarter of a period later. Blows below five sigma of a sample a thread that yields
-        // explains as well as the filter does that was not told of them: 0.2 °/s is 4.5.
-        let later = if rate_deg_s.abs() < 0.5 { Status::ModelDoubtful } else { Status::Nominal };
-        assert_eq!(shown[100 * 105], later);
+        // A quarter of a period later. A thread that yields would explain a small blow as well;
+        // the bank that reckons with one tests for blows itself.
+        assert_eq!(shown[100 * 105], Status::Nominal, "{rate_deg_s} °/s");
     }
 }

@@ -346,7 +346,7 @@ fn noise_is_that_of_the_configuration_and_grows_with_the_swing() {
         let mut filter = SwingFilter::new(&config, &InnovationTest::STANDARD, &belief).unwrap();
         filter.predict(STEP_S).unwrap();
         let p = filter.swing_belief().covariance;
-        let swing = (2e-3 * amplitude_rad).powi(2) * STEP_S;
+        let swing = (config.swing_walk_s_m3_2 * amplitude_rad).powi(2) * STEP_S;
         let rate = (1e-3 * RAD_PER_DEG).powi(2) * STEP_S;
         let bias = (1e-6 * RAD_PER_DEG).powi(2) * STEP_S;
         for (state, expected) in [(3, swing), (4, swing), (5, rate), (11, bias)] {
