@@ -125,7 +125,7 @@ fn fitted(config: &SwingConfig, rates_rad_s: &[f64]) -> Result<AcceptedFit> {
     }
     let accepted = fit.run_to_end().map_err(|reason| anyhow!("no fit: {reason:?}"))?;
     ensure!(accepted.restarts == 0, "a fit of clean samples was begun again");
-    Ok(accepted.clone())
+    Ok(*accepted)
 }
 
 /// Out of line, so that every caller times the same machine code.

@@ -24,6 +24,8 @@ pub enum Statistic {
     ShareAbove(Column, f64),
     /// Share of runs that have a number in a column.
     ShareWith(Column),
+    /// Share of runs at whose end the estimator says this of itself.
+    ShareSaying(&'static str),
     /// Mean count of a column in a run.
     Count(Column),
     /// Length of the refinement, among the filters whose names begin so, at which the mean of a
@@ -142,6 +144,10 @@ impl Requirement {
             Statistic::ShareWith(column) => {
                 let with = cell.iter().filter(|row| row.get(column).is_some()).count();
                 share(with, cell.len())
+            }
+            Statistic::ShareSaying(word) => {
+                let saying = cell.iter().filter(|row| row.status == word).count();
+                share(saying, cell.len())
             }
             Statistic::Count(column) => {
                 mean_count(cell.iter().filter_map(|row| row.get(column)).sum(), cell.len())
@@ -264,6 +270,7 @@ impl fmt::Display for Statistic {
             Self::ShareAbove(column, limit) => write!(f, "share with {} > {limit}", column.name()),
             Self::ShareWith(Column::DelayS) => f.write_str("share of kicks found"),
             Self::ShareWith(column) => write!(f, "share with {}", column.name()),
+            Self::ShareSaying(word) => write!(f, "share that says \"{word}\" at the end"),
             Self::Count(column) => write!(f, "{} a run", column.name()),
             Self::BestRefinement(family, column) => {
                 write!(f, "N of {family} at the least {}", column.name())

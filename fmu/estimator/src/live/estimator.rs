@@ -300,6 +300,7 @@ impl RateEstimator for LiveEstimator {
                     Status::ThreadYields { yield_angle_rad: learnt.yield_angle_rad }
                 }),
             },
+            Phase::Torsion if self.may_swing_unseen() => Status::NotObservable,
             Phase::Torsion => match self.torsion.status() {
                 Status::Nominal if self.is_thread_suspect() => Status::ModelDoubtful,
                 status => status,

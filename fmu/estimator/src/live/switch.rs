@@ -75,8 +75,11 @@ impl LiveEstimator {
     /// and a thread that yields explains the record far better.
     ///
     /// A blow may lend a yielding thread likelihood for good; one that the test has answered and
-    /// got over is no sign of it.
+    /// got over is no sign of it. Where a swing may go unseen it is the likelier reason.
     fn judge_thread(&mut self, span_s: f64) {
+        if self.eye.sight() == Sight::Blurred {
+            return;
+        }
         let lead = self.bank.yield_lead();
         let clock = &mut self.clock;
         if clock.yields {
@@ -94,6 +97,13 @@ impl LiveEstimator {
     /// that has only slipped one way: what is claimed may be wrong.
     pub(super) fn is_thread_suspect(&self) -> bool {
         self.torsion.alarms() > 0 && self.bank.yield_lead() > YIELD_LEAD
+    }
+
+    /// Whether pure torsion does not explain the rates, and the reason may be a swing that an axis
+    /// not calibrated does not show. There is no telling then what the angle is.
+    pub(super) fn may_swing_unseen(&self) -> bool {
+        self.eye.sight() == Sight::Blurred
+            && (self.torsion.status() != Status::Nominal || self.bank.yield_lead() > YIELD_LEAD)
     }
 
     /// A swing has been seen: the fallback takes over from before it began.
