@@ -62,6 +62,10 @@ fn ten_million_updates_leave_the_covariance_positive_definite() {
 ///
 /// 25 entries of size 1 are rounded, and more is left where an update cuts a variance down: what
 /// was rounding of the large one is then set against the small one.
+///
+/// So much is asked where the samples resolve the fastest oscillation that the filter may come to
+/// believe in. Beyond that derivatives by the stiffness grow without end and rounding with them;
+/// the filter may then refuse a call, which must leave it as it was.
 fn stays_semidefinite(log10: [f64; 6], rates: &[f64]) -> Result<(), String> {
     let [r, sigma, q, walk, period_s, span_s] = log10.map(|power| 10_f64.powf(power));
     let start = StartPrior {
@@ -77,16 +81,24 @@ fn stays_semidefinite(log10: [f64; 6], rates: &[f64]) -> Result<(), String> {
     };
     let mut filter = AugmentedFilter::new(&config).unwrap();
     let mut cut = 1.0_f64;
+    // Ω stays within a factor of 10 of its start.
+    let is_resolved = 10.0 * TAU / period_s * span_s < 1.0;
     for (k, &rate) in rates.iter().enumerate() {
-        filter.predict(span_s).unwrap();
+        let untouched = filter.clone();
+        let refused = filter.predict(span_s).err();
         let before = filter.covariance();
-        filter.update(rate).unwrap();
+        let last = if refused.is_none() { filter.clone() } else { untouched };
+        if let Some(reason) = refused.or_else(|| filter.update(rate).err()) {
+            let same = filter.mean() == last.mean() && filter.covariance() == last.covariance();
+            let allowed = same && !is_resolved;
+            return allowed.then_some(()).ok_or(format!("update {k}: {reason}, {same}"));
+        }
         let after = filter.covariance();
         for i in (0..5).filter(|&i| before[i][i] > 0.0) {
             cut = cut.max(before[i][i] / after[i][i]);
         }
         let least = least_eigenvalue(after);
-        if least <= -25.0 * f64::EPSILON * cut {
+        if is_resolved && least <= -25.0 * f64::EPSILON * cut {
             return Err(format!("update {k}: {least:e}, variances cut to 1/{cut:e}"));
         }
         let belief = filter.belief();
