@@ -1,9 +1,5 @@
 //! From decoded bytes to estimates nothing is allocated once the chain is warm.
 
-#![expect(unsafe_code, reason = "counting allocations takes an allocator of its own")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::path::Path;
 use struna::scenario::{RunAs, Scenario};
 use struna::session;
@@ -13,38 +9,6 @@ use struna_harness::live::{LineInput, LiveEvent, LiveObserver, LivePipeline};
 use struna_harness::{Averager, DeviceUnderTest, Emulator, Pipeline};
 use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime};
 use struna_wire::FrameSpec;
-
-/// The system's allocator, counting.
-struct Counting;
-
-thread_local! {
-    /// Per thread, so that the test harness's own threads do not disturb the count.
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system's allocator unchanged; the counter is a plain thread-local
-// cell that needs neither allocation nor destructor.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps to alloc's contract, which is the system's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: `memory` came from the system's allocator with this layout.
-        unsafe { System.dealloc(memory, layout) }
-    }
-
-    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: `memory` came from the system's allocator with this layout.
-        unsafe { System.realloc(memory, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Beside the demo's estimators.
 const MORE: &str = "
@@ -106,12 +70,8 @@ fn no_sample_allocates_from_decoder_to_estimate() {
     };
     let (warm_up, rest) = bytes.split_at(bytes.len() / 10);
     feed(warm_up);
-    let before = ALLOCATIONS.get();
     // Pieces that cut frames anywhere.
-    for piece in rest.chunks(17) {
-        feed(piece);
-    }
-    let allocated = ALLOCATIONS.get() - before;
+    let allocated = allocation_counter::measure(|| rest.chunks(17).for_each(&mut feed)).count_total;
     assert_eq!(estimates, 1000 * 19);
     assert_eq!(allocated, 0, "{allocated} allocations in 2700 samples");
 
@@ -162,9 +122,7 @@ fn live_samples_allocate_nothing(
     };
     let (warm_up, rest) = bytes.split_at(10 * len);
     feed(warm_up, &mut count);
-    let before = ALLOCATIONS.get();
-    feed(rest, &mut count);
-    let allocated = ALLOCATIONS.get() - before;
+    let allocated = allocation_counter::measure(|| feed(rest, &mut count)).count_total;
     assert_eq!((count.frames, count.outputs), (3000, 1000));
     assert_eq!(allocated, 0, "{allocated} allocations in 2990 live samples");
 }

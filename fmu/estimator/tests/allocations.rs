@@ -1,40 +1,10 @@
 //! Once they are made, the filters with innovation test and the bank for threads that yield
 //! allocate nothing: not in a step, not in an alarm with its roll-back, not when they are saved.
 
-#![expect(unsafe_code, reason = "counting allocations takes an allocator of its own")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use struna_estimator::{
     AugmentedConfig, HysteresisBank, InnovationTest, InputAxis, RateEstimator, SWING_STATES,
     StartPrior, SwingBelief, SwingBody, SwingConfig, SwingFilter, TestedFilter, ThreeAxisFilter,
 };
-
-/// The system's allocator, counting.
-struct Counting;
-
-thread_local! {
-    /// Per thread, so that the test harness's own threads do not disturb the count.
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system's allocator unchanged; the counter is a plain thread-local
-// cell that needs neither allocation nor destructor.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: `memory` is asked for as the caller asks, who keeps to alloc's contract.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: `memory` came from the system's allocator with this layout.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn config() -> AugmentedConfig {
     AugmentedConfig::quiet(StartPrior::released(6.0, 480.0), 6e-7)
@@ -43,16 +13,17 @@ fn config() -> AugmentedConfig {
 /// Allocations in 200 s of a body that is struck by 0.05 rad/s after 100 s, and in a save.
 fn allocations_of(estimator: &mut impl RateEstimator) -> u64 {
     let mut bytes = vec![0; estimator.saved_len()];
-    let before = ALLOCATIONS.get();
-    for k in 1..=20_000_u32 {
-        let time_s = f64::from(k) * 0.01;
-        let blow_rad_s = if k > 10_000 { 0.05 } else { 0.0 };
-        let rate_rad_s = -0.0785 * (0.01309 * time_s).sin() + blow_rad_s;
-        estimator.predict(0.01).expect("a prediction");
-        estimator.update(rate_rad_s).expect("an update");
-    }
-    estimator.save(&mut bytes);
-    ALLOCATIONS.get() - before
+    allocation_counter::measure(|| {
+        for k in 1..=20_000_u32 {
+            let time_s = f64::from(k) * 0.01;
+            let blow_rad_s = if k > 10_000 { 0.05 } else { 0.0 };
+            let rate_rad_s = -0.0785 * (0.01309 * time_s).sin() + blow_rad_s;
+            estimator.predict(0.01).expect("a prediction");
+            estimator.update(rate_rad_s).expect("an update");
+        }
+        estimator.save(&mut bytes);
+    })
+    .count_total
 }
 
 #[test]
@@ -85,16 +56,17 @@ fn no_step_and_no_roll_back_of_a_swinging_body_allocates() {
         .expect("a filter of one axis");
     let mut three = ThreeAxisFilter::new(&config, 0.1).expect("a filter of three axes");
     let mut bytes = vec![0; one.saved_len()];
-    let before = ALLOCATIONS.get();
-    for k in 1..=3_000_u32 {
-        // A blow after 20 s.
-        let rate_rad_s = if k > 2_000 { 0.05 } else { 0.0 };
-        one.step(0.01, rate_rad_s).expect("a step");
-        three.step(0.01, [0.0, 0.0, rate_rad_s]).expect("a step");
-    }
-    one.save(&mut bytes);
-    one.restart(&belief).expect("a restart");
-    let allocated = ALLOCATIONS.get() - before;
+    let allocated = allocation_counter::measure(|| {
+        for k in 1..=3_000_u32 {
+            // A blow after 20 s.
+            let rate_rad_s = if k > 2_000 { 0.05 } else { 0.0 };
+            one.step(0.01, rate_rad_s).expect("a step");
+            three.step(0.01, [0.0, 0.0, rate_rad_s]).expect("a step");
+        }
+        one.save(&mut bytes);
+        one.restart(&belief).expect("a restart");
+    })
+    .count_total;
     assert_eq!(allocated, 0, "{allocated} allocations");
     one.restore(&bytes).expect("its own bytes");
     assert!(one.alarms() > 0, "the blow raised an alarm");

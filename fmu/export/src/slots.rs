@@ -12,8 +12,10 @@ use std::sync::{Mutex, PoisonError};
 
 const PLACE_BITS: u32 = 14;
 pub(crate) const CAPACITY: usize = 1 << PLACE_BITS;
-/// No ticket: generations start at 1.
+/// No ticket: generations start higher.
 const VACANT: usize = 0;
+/// Where generations start: a small number that C made up is then never the ticket of an instance.
+const FIRST_GENERATION: usize = 1 << 16;
 
 struct Slot {
     ticket: AtomicUsize,
@@ -38,7 +40,7 @@ struct Vacancies {
 }
 
 static VACANCIES: Mutex<Vacancies> =
-    Mutex::new(Vacancies { freed: Vec::new(), never_used: 0, generation: 0 });
+    Mutex::new(Vacancies { freed: Vec::new(), never_used: 0, generation: FIRST_GENERATION });
 
 /// An opaque handle in C's hands.
 pub(crate) type Handle = *mut std::ffi::c_void;

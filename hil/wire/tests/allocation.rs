@@ -1,46 +1,9 @@
 //! Once warm, neither the encoder nor the decoder allocates, whatever the bytes.
 
-#![expect(unsafe_code, reason = "a global allocator cannot be written without it")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use struna_wire::{Decoder, Encoder, FrameSpec};
 
-struct Counting;
-
-thread_local! {
-    /// Per thread, so that the test harness's own threads do not disturb the count.
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is handed on unchanged to the system allocator, which keeps the contract;
-// the counter is a plain thread-local cell that needs neither allocation nor destructor.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller's promise about `layout` is passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System` with this `layout`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: `pointer` came from `System` with this `layout`, and `size` is the caller's.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static GLOBAL: Counting = Counting;
-
 fn allocations(during: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.get();
-    during();
-    ALLOCATIONS.get() - before
+    allocation_counter::measure(during).count_total
 }
 
 /// A stream of every shipped layout, with noise that looks like a start between the frames, so that
