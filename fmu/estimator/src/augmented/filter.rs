@@ -173,7 +173,7 @@ impl Model {
     #[inline(always)]
     pub(super) fn predicted(&self, from: &State, span_s: f64) -> Result<State, EstimatorError> {
         check_span(span_s)?;
-        from.predicted(span_s, self.q).judged()
+        from.predicted(span_s, self.q).judged_as_predicted()
     }
 
     #[inline(always)]

@@ -155,6 +155,17 @@ impl State {
         Self { mean, p }
     }
 
+    /// Itself, unless a number that [`predicted`](Self::predicted) changes has left the range of
+    /// floating point.
+    #[inline(always)]
+    pub(crate) fn judged_as_predicted(self) -> Result<Self, EstimatorError> {
+        let Mean { alpha, rate, .. } = self.mean;
+        let p = &self.p;
+        // The covariances of α and ω with s and d went into aa and ww, as products and sums.
+        in_range(((alpha + rate) + (p.aa + p.aw)) + ((p.ww + p.ab) + (p.wb + p.bb)))?;
+        Ok(self)
+    }
+
     /// Itself, unless a number has left the range of floating point.
     #[inline(always)]
     pub(crate) fn judged(self) -> Result<Self, EstimatorError> {
