@@ -2,12 +2,12 @@
 
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
-use crate::covariance::Gain;
+use crate::passage::Passage;
 use crate::refinement::{Accumulator, Surprise};
 use crate::state_bytes::{Reader, RestoreError, Writer};
 use crate::{
     Belief, Covariance, EstimatorError, FilterConfig, Innovation, Motion, PermanentRotation,
-    RateEstimator, Reading, Refinement, TorsionalOscillation, Transition,
+    RateEstimator, Reading, Refinement, TorsionalOscillation,
 };
 
 /// Kalman filter of (angle, rate) under an assumed [`Motion`], fed with measured rates.
@@ -21,12 +21,12 @@ pub struct Filter<M> {
     process_noise_rad2_s3: f64,
     refinement: Refinement,
     state: State,
-    /// Transition of the last span: spans repeat, and sines are dear. Not part of the state, for
-    /// it follows from the span.
-    cached: (f64, Transition),
+    /// Passage of the last span: spans repeat, and sines are dear. Not part of the state, for it
+    /// follows from the span.
+    cached: (f64, Passage),
     /// And of the last span that was another one. A period that is no whole number of nanoseconds
     /// is told in two lengths by turns.
-    cached_before: (f64, Transition),
+    cached_before: (f64, Passage),
 }
 
 /// All that evolves.
@@ -67,7 +67,8 @@ impl<M: Motion> Filter<M> {
     /// [`ConfigError`] names the value out of its bound.
     pub fn new(config: FilterConfig, motion: M) -> Result<Self, ConfigError> {
         config.validate()?;
-        let cached = (0.0, motion.transition(0.0));
+        let passage = Passage::new(&motion.transition(0.0), config.process_noise_rad2_s3);
+        let cached = (0.0, passage);
         Ok(Self {
             motion,
             measurement_variance_rad2_s2: config.measurement_variance_rad2_s2,
@@ -101,13 +102,9 @@ impl<M: Motion> Filter<M> {
         self.measurement_variance_rad2_s2
     }
 
-    /// Density of white angular acceleration, rad²/s³.
-    pub(crate) fn noise(&self) -> f64 {
-        self.process_noise_rad2_s3
-    }
-
-    pub(crate) fn transition_over(&self, span_s: f64) -> Transition {
-        self.motion.transition(span_s)
+    /// What a span does to the belief.
+    pub(crate) fn passage_over(&self, span_s: f64) -> Passage {
+        Passage::new(&self.motion.transition(span_s), self.process_noise_rad2_s3)
     }
 
     pub(crate) fn unrefined(&self) -> Unrefined {
@@ -121,23 +118,23 @@ impl<M: Motion> Filter<M> {
         self.state.integral_rad = integral_rad;
     }
 
-    /// The transition over `span_s`, if that can be predicted over.
-    #[inline]
-    fn transition(&mut self, span_s: f64) -> Result<Transition, EstimatorError> {
+    /// The passage over `span_s`, if that can be predicted over.
+    #[inline(always)]
+    fn passage(&mut self, span_s: f64) -> Result<&Passage, EstimatorError> {
         // Bit equality: the cache must give exactly what a fresh computation would.
         if self.cached.0.to_bits() != span_s.to_bits() {
-            self.cache_transition(span_s)?;
+            self.cache_passage(span_s)?;
         }
-        Ok(self.cached.1)
+        Ok(&self.cached.1)
     }
 
     /// Kept out of line, so that what happens in every step is short enough to be inlined.
     #[cold]
-    fn cache_transition(&mut self, span_s: f64) -> Result<(), EstimatorError> {
+    fn cache_passage(&mut self, span_s: f64) -> Result<(), EstimatorError> {
         core::mem::swap(&mut self.cached, &mut self.cached_before);
         if self.cached.0.to_bits() != span_s.to_bits() {
             check_span(span_s)?;
-            self.cached = (span_s, self.motion.transition(span_s));
+            self.cached = (span_s, self.passage_over(span_s));
         }
         Ok(())
     }
@@ -160,15 +157,15 @@ impl<M: Motion> Filter<M> {
     /// The belief `span_s` later; nothing is taken over yet.
     #[inline(always)]
     fn predicted(&mut self, span_s: f64) -> Result<Carried, EstimatorError> {
-        let t = self.transition(span_s)?;
-        let Belief { angle_rad, rate_rad_s, covariance } = self.state.carried.belief;
+        let Carried { belief, since_update_s } = self.state.carried;
+        let passage = self.passage(span_s)?;
         let belief = Belief {
-            angle_rad: t.f11 * angle_rad + t.f12 * rate_rad_s,
-            rate_rad_s: t.f21 * angle_rad + t.f22 * rate_rad_s,
-            covariance: covariance.predicted(&t, self.process_noise_rad2_s3)?,
+            angle_rad: passage.angle(&belief),
+            rate_rad_s: passage.rate(&belief),
+            covariance: passage.covariance(&belief.covariance)?,
         };
         in_range(belief.angle_rad + belief.rate_rad_s)?;
-        let since_update_s = in_range(self.state.carried.since_update_s + span_s)?;
+        let since_update_s = in_range(since_update_s + span_s)?;
         Ok(Carried { belief, since_update_s })
     }
 
@@ -183,24 +180,25 @@ impl<M: Motion> Filter<M> {
         let r = self.measurement_variance_rad2_s2;
         let mut predicted = from.belief;
         if self.adds_at_every_update() {
-            predicted.covariance = self.with_added(predicted.covariance)?;
+            let Covariance { angle_rad2, cross_rad2_s, rate_rad2_s2 } = predicted.covariance;
+            predicted.covariance = self.with_added(angle_rad2, cross_rad2_s, rate_rad2_s2)?;
         }
         let variance_rad2_s2 = predicted.covariance.rate_rad2_s2 + r;
         if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 <= f64::MAX) {
             return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
         }
         let inverse = 1.0 / variance_rad2_s2;
-        let gain = Gain {
-            angle_s: predicted.covariance.cross_rad2_s * inverse,
-            rate: predicted.covariance.rate_rad2_s2 * inverse,
-        };
+        let gain = (
+            predicted.covariance.cross_rad2_s * inverse,
+            predicted.covariance.rate_rad2_s2 * inverse,
+        );
         let residual_rad_s = rate_rad_s - predicted.rate_rad_s;
-        let correction = (gain.angle_s * residual_rad_s, gain.rate * residual_rad_s);
+        let correction = (gain.0 * residual_rad_s, gain.1 * residual_rad_s);
         let integral_rad = self.state.integral_rad + rate_rad_s * from.since_update_s;
         let mut belief = Belief {
             angle_rad: predicted.angle_rad + correction.0,
             rate_rad_s: predicted.rate_rad_s + correction.1,
-            covariance: predicted.covariance.updated(gain, r)?,
+            covariance: predicted.covariance.updated(r, inverse)?,
         };
         let innovation = (integral_rad - predicted.angle_rad, residual_rad_s);
         let refined = self.refine(&mut belief.covariance, &Surprise { correction, innovation })?;
@@ -228,10 +226,11 @@ impl<M: Motion> Filter<M> {
     }
 
     /// Out of line and cold: were the sums in line, they might become part of the path that every
-    /// other reading's step waits for.
+    /// other reading's step waits for. By number, for a struct would be handed over in memory.
     #[cold]
     #[inline(never)]
-    fn with_added(&self, covariance: Covariance) -> Result<Covariance, EstimatorError> {
+    fn with_added(&self, a: f64, b: f64, c: f64) -> Result<Covariance, EstimatorError> {
+        let covariance = Covariance { angle_rad2: a, cross_rad2_s: b, rate_rad2_s2: c };
         covariance.plus(self.state.added)
     }
 

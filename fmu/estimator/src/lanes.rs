@@ -2,6 +2,8 @@
 
 use crate::config::ConfigError;
 use crate::filter::Unrefined;
+use crate::passage::Passage;
+use crate::wide::{InstructionSet, Job};
 use crate::{Belief, Covariance, EstimatorError, Filter, Innovation, Motion, RateEstimator};
 
 /// N independent two-state filters without refinement, advanced over the same spans.
@@ -40,6 +42,7 @@ pub struct FilterLanes<M, const N: usize> {
     constants: Constants<N>,
     /// The span that the constants are for.
     span_s: f64,
+    instructions: InstructionSet,
 }
 
 /// Which filters refused a call, and why.
@@ -72,7 +75,8 @@ impl<M: Motion, const N: usize> FilterLanes<M, N> {
             state.put(lane, &filter.unrefined());
         }
         let constants = Constants::of(&filters, 0.0);
-        Ok(Self { filters, states: [state; 2], current: 0, constants, span_s: 0.0 })
+        let instructions = InstructionSet::of_processor();
+        Ok(Self { filters, states: [state; 2], current: 0, constants, span_s: 0.0, instructions })
     }
 
     /// Predicts every filter over `span_s` and gives it its measurement valid at the end, rad/s.
@@ -85,7 +89,8 @@ impl<M: Motion, const N: usize> FilterLanes<M, N> {
         if self.constants_fit(span_s) {
             let [first, second] = &mut self.states;
             let (from, to) = if self.current == 0 { (first, second) } else { (second, first) };
-            if advance(&self.constants, from, span_s, rates_rad_s, to) {
+            let advance = Advance { constants: &self.constants, from, span_s, rates_rad_s, to };
+            if self.instructions.run(advance) {
                 self.current = 1 - self.current;
                 return Ok(());
             }
@@ -170,6 +175,7 @@ impl<M: Motion, const N: usize> FilterLanes<M, N> {
 
 /// What evolves, number by number; and the last innovations.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 struct Lanes<const N: usize> {
     angle_rad: [f64; N],
     rate_rad_s: [f64; N],
@@ -222,36 +228,66 @@ impl<const N: usize> Lanes<N> {
     }
 }
 
-/// What a step takes and does not change: transition, noise over the span, R.
+/// What a step takes and does not change: passage over the span, R.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 struct Constants<const N: usize> {
-    f11: [f64; N],
-    f12: [f64; N],
-    f21: [f64; N],
-    f22: [f64; N],
-    q11_rad2: [f64; N],
-    q12_rad2_s: [f64; N],
-    q22_rad2_s2: [f64; N],
+    from_angle: [[f64; N]; 2],
+    from_rate: [[f64; N]; 2],
+    from_angle_variance: [[f64; N]; 3],
+    from_cross: [[f64; N]; 3],
+    from_rate_variance: [[f64; N]; 3],
+    noise: [[f64; N]; 3],
     r_rad2_s2: [f64; N],
 }
 
 impl<const N: usize> Constants<N> {
     fn of<M: Motion>(filters: &[Filter<M>; N], span_s: f64) -> Self {
-        let all = filters.each_ref().map(|filter| filter.transition_over(span_s));
-        let (q, r) = (filters.each_ref().map(Filter::noise), filters.each_ref().map(Filter::r));
-        let noise = |of: fn(&crate::Transition) -> f64| {
-            core::array::from_fn(|lane| q[lane] * of(&all[lane]))
-        };
+        let all = filters.each_ref().map(|filter| filter.passage_over(span_s));
         Self {
-            f11: all.map(|t| t.f11),
-            f12: all.map(|t| t.f12),
-            f21: all.map(|t| t.f21),
-            f22: all.map(|t| t.f22),
-            q11_rad2: noise(|t| t.q11),
-            q12_rad2_s: noise(|t| t.q12),
-            q22_rad2_s2: noise(|t| t.q22),
-            r_rad2_s2: r,
+            from_angle: side_by_side(&all.map(|passage| passage.from_angle)),
+            from_rate: side_by_side(&all.map(|passage| passage.from_rate)),
+            from_angle_variance: side_by_side(&all.map(|passage| passage.from_angle_variance)),
+            from_cross: side_by_side(&all.map(|passage| passage.from_cross)),
+            from_rate_variance: side_by_side(&all.map(|passage| passage.from_rate_variance)),
+            noise: side_by_side(&all.map(|passage| passage.noise)),
+            r_rad2_s2: filters.each_ref().map(Filter::r),
         }
+    }
+
+    #[inline(always)]
+    fn passage(&self, lane: usize) -> Passage {
+        let [a, b, c] = [&self.from_angle_variance, &self.from_cross, &self.from_rate_variance];
+        Passage {
+            from_angle: [self.from_angle[0][lane], self.from_angle[1][lane]],
+            from_rate: [self.from_rate[0][lane], self.from_rate[1][lane]],
+            from_angle_variance: [a[0][lane], a[1][lane], a[2][lane]],
+            from_cross: [b[0][lane], b[1][lane], b[2][lane]],
+            from_rate_variance: [c[0][lane], c[1][lane], c[2][lane]],
+            noise: [self.noise[0][lane], self.noise[1][lane], self.noise[2][lane]],
+        }
+    }
+}
+
+fn side_by_side<const K: usize, const N: usize>(rows: &[[f64; K]; N]) -> [[f64; N]; K] {
+    core::array::from_fn(|k| core::array::from_fn(|lane| rows[lane][k]))
+}
+
+/// [`advance`] and what it takes.
+struct Advance<'a, const N: usize> {
+    constants: &'a Constants<N>,
+    from: &'a Lanes<N>,
+    span_s: f64,
+    rates_rad_s: &'a [f64; N],
+    to: &'a mut Lanes<N>,
+}
+
+impl<const N: usize> Job for Advance<'_, N> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        advance(self.constants, self.from, self.span_s, self.rates_rad_s, self.to)
     }
 }
 
@@ -259,8 +295,9 @@ impl<const N: usize> Constants<N> {
 /// written is then worth nothing, and [`Filter`] itself must judge.
 ///
 /// Kept free of branches and calls, so that the loop is vectorised: whatever leaves the range of
-/// floating point stays out of it through sums and products, so one sum judges all.
-#[inline]
+/// floating point stays out of it through sums and products, so one sum judges all. With
+/// references as arguments, not in a struct: the compiler then knows that they do not overlap.
+#[inline(always)]
 fn advance<const N: usize>(
     constants: &Constants<N>,
     from: &Lanes<N>,
@@ -271,23 +308,24 @@ fn advance<const N: usize>(
     let mut sound = true;
     for (lane, &z) in rates_rad_s.iter().enumerate() {
         let r = constants.r_rad2_s2[lane];
-        let p = predicted(constants, lane, &from.get(lane), span_s);
-        let Covariance { angle_rad2: a, cross_rad2_s: b, rate_rad2_s2: c } = p.belief.covariance;
-        let variance = c + r;
+        let passage = constants.passage(lane);
+        let before = from.get(lane);
+        let p = passage.covariance_unjudged(&before.belief.covariance);
+        let predicted_rad = passage.angle(&before.belief);
+        let predicted_rad_s = passage.rate(&before.belief);
+        let variance = p.rate_rad2_s2 + r;
         let inverse = 1.0 / variance;
-        let (k1, k2) = (b * inverse, c * inverse);
-        let residual = z - p.belief.rate_rad_s;
-        let (mixed, keep) = (b - k1 * c, 1.0 - k2);
         let covariance = Covariance {
-            angle_rad2: (a - k1 * b) - k1 * mixed + k1 * r * k1,
-            cross_rad2_s: mixed * keep + k1 * r * k2,
-            rate_rad2_s2: keep * c * keep + k2 * r * k2,
+            rate_rad2_s2: p.rate_variance_updated(r, inverse),
+            cross_rad2_s: p.cross_updated(r, inverse),
+            angle_rad2: p.angle_variance_updated(r, inverse),
         };
-        let angle_rad = p.belief.angle_rad + k1 * residual;
-        let rate_rad_s = p.belief.rate_rad_s + k2 * residual;
-        let integral_rad = p.integral_rad + z * p.since_update_s;
+        let residual = z - predicted_rad_s;
+        let angle_rad = predicted_rad + p.cross_rad2_s * inverse * residual;
+        let rate_rad_s = predicted_rad_s + p.rate_rad2_s2 * inverse * residual;
+        let integral_rad = before.integral_rad + z * (before.since_update_s + span_s);
         let covariances = covariance.angle_rad2 + covariance.cross_rad2_s + covariance.rate_rad2_s2;
-        let means = (p.belief.angle_rad + p.belief.rate_rad_s) + (angle_rad + rate_rad_s);
+        let means = (predicted_rad + predicted_rad_s) + (angle_rad + rate_rad_s);
         let judged = covariances + variance + (means + integral_rad);
         sound &= judged.is_finite() & (variance > 0.0);
         let belief = Belief { angle_rad, rate_rad_s, covariance };
@@ -298,31 +336,35 @@ fn advance<const N: usize>(
     sound
 }
 
-/// The operations of [`Covariance::predicted`], unjudged.
-#[inline(always)]
-fn predicted<const N: usize>(
-    constants: &Constants<N>,
-    lane: usize,
-    from: &Unrefined,
-    span_s: f64,
-) -> Unrefined {
-    let Belief { angle_rad, rate_rad_s, covariance } = from.belief;
-    let Covariance { angle_rad2: a, cross_rad2_s: b, rate_rad2_s2: c } = covariance;
-    let (f11, f12) = (constants.f11[lane], constants.f12[lane]);
-    let (f21, f22) = (constants.f21[lane], constants.f22[lane]);
-    let (ra, rb) = (f21 * a + f22 * b, f21 * b + f22 * c);
-    let (ta, tb) = (f11 * a + f12 * b, f11 * b + f12 * c);
-    Unrefined {
-        belief: Belief {
-            angle_rad: f11 * angle_rad + f12 * rate_rad_s,
-            rate_rad_s: f21 * angle_rad + f22 * rate_rad_s,
-            covariance: Covariance {
-                angle_rad2: ta * f11 + tb * f12 + constants.q11_rad2[lane],
-                cross_rad2_s: ta * f21 + tb * f22 + constants.q12_rad2_s[lane],
-                rate_rad2_s2: ra * f21 + rb * f22 + constants.q22_rad2_s2[lane],
-            },
-        },
-        since_update_s: from.since_update_s + span_s,
-        integral_rad: from.integral_rad,
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{FilterConfig, PermanentRotation, Refinement};
+
+    /// Of a processor without wider registers this tests nothing.
+    #[test]
+    fn the_bits_do_not_depend_on_the_instruction_set() {
+        let config = FilterConfig {
+            angle_start_rad: 6.0,
+            rate_start_rad_s: 0.0,
+            angle_variance_start_rad2: 0.04,
+            rate_variance_start_rad2_s2: 0.01,
+            measurement_variance_rad2_s2: 6e-7,
+            process_noise_rad2_s3: 1e-8,
+            refinement: Refinement::OFF,
+        };
+        let filter = || Filter::new(config, PermanentRotation).unwrap();
+        let wide: [_; 11] = core::array::from_fn(|_| filter());
+        let mut wide = FilterLanes::new(wide).unwrap();
+        let mut narrow = FilterLanes { instructions: InstructionSet::baseline(), ..wide.clone() };
+        for k in 0..1000 {
+            let rates_rad_s = core::array::from_fn(|lane| (f64::from(k) * lane as f64).sin());
+            wide.step(0.01, &rates_rad_s).unwrap();
+            narrow.step(0.01, &rates_rad_s).unwrap();
+            for lane in 0..rates_rad_s.len() {
+                assert_eq!(wide.belief(lane), narrow.belief(lane), "step {k}, lane {lane}");
+                assert_eq!(wide.innovation(lane), narrow.innovation(lane), "step {k}, lane {lane}");
+            }
+        }
     }
 }

@@ -33,12 +33,14 @@ mod integration;
 mod lanes;
 mod live;
 mod motion;
+mod passage;
 mod refinement;
 mod rest;
 mod smoother;
 mod state_bytes;
 mod status;
 mod swing;
+mod wide;
 
 pub use augmented::{
     Alarm, AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters,

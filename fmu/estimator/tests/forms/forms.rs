@@ -1,4 +1,4 @@
-//! The covariance of the plain two-state filter in three forms, in either precision.
+//! The covariance of the plain two-state filter in several forms, in either precision.
 //!
 //! The filter's gain and covariance do not depend on what is measured, so the covariance alone is
 //! carried along: P = (a, b; b, c), measured is the rate, H = (0 1).
@@ -145,7 +145,45 @@ impl<T: Real> Form<T> for Standard<T> {
     }
 }
 
-/// P⁺ = (I − K·H)·P·(I − K·H)ᵀ + K·R·Kᵀ, three numbers: operation for operation the filter's.
+/// P⁺ = (R/S)·P + (det P/S)·(1 0)ᵀ(1 0), three numbers: operation for operation the filter's.
+pub(crate) struct Scaled<T> {
+    a: T,
+    b: T,
+    c: T,
+}
+
+impl<T: Real> Form<T> for Scaled<T> {
+    const NAME: &'static str = "scaled";
+
+    fn start(angle: T, rate: T) -> Self {
+        Self { a: angle, b: T::of(0.0), c: rate }
+    }
+
+    fn step(&mut self, m: &Model<T>) {
+        let Self { a, b, c } = *self;
+        let [a, b, c] = [
+            [m.f11 * m.f11, T::of(2.0) * m.f11 * m.f12, m.f12 * m.f12, m.q11],
+            [m.f11 * m.f21, m.f11 * m.f22 + m.f12 * m.f21, m.f12 * m.f22, m.q12],
+            [m.f21 * m.f21, T::of(2.0) * m.f21 * m.f22, m.f22 * m.f22, m.q22],
+        ]
+        .map(|by| (by[2] * c + by[3]) + (by[1] * b + by[0] * a));
+        let determinant = a * c - b * b;
+        let zero = T::of(0.0);
+        let determinant = if zero > determinant { zero } else { determinant };
+        let inverse = T::ONE / (c + m.r);
+        *self = Self {
+            a: (a * m.r + determinant) * inverse,
+            b: b * m.r * inverse,
+            c: c * m.r * inverse,
+        };
+    }
+
+    fn matrix(&self) -> [f64; 4] {
+        [self.a, self.b, self.b, self.c].map(T::wide)
+    }
+}
+
+/// P⁺ = (I − K·H)·P·(I − K·H)ᵀ + K·R·Kᵀ, three numbers.
 pub(crate) struct Joseph<T> {
     a: T,
     b: T,

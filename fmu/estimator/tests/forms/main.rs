@@ -1,7 +1,7 @@
 //! The covariance of the plain two-state filter, carried in other forms and in single precision:
-//! why the filters are in Joseph's form and in double.
+//! why the filters are in the form they are, and in double.
 //!
-//! The filter itself is [`forms::Joseph`] in f64. The others live here alone, as what it is
+//! The filter itself is [`forms::Scaled`] in f64. The others live here alone, as what it is
 //! compared with.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]

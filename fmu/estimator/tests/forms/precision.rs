@@ -5,7 +5,7 @@
 //! of what f32 shows. The other part is of the same kind: a step changes P by less than P's own
 //! last digits, so that the sums round what they should add up.
 
-use crate::forms::{Compensated, Form, Incremental, Joseph, Model, Real};
+use crate::forms::{Compensated, Form, Incremental, Joseph, Model, Real, Scaled};
 use crate::{STEP_S, model};
 
 /// Until the angle's variance is steady to nine digits, and as many again to average over.
@@ -81,13 +81,14 @@ fn in_single_precision_throughout_the_sums_have_to_be_repaired_too() {
     assert!(compensated.abs() < 1e-5, "{compensated}");
 }
 
-/// The three forms differ in rounding alone where they have the digits.
+/// The forms differ in rounding alone where they have the digits.
 #[test]
 fn in_double_precision_the_forms_agree() {
     let model = model::<f64>(STEP_S, Q, R);
     let joseph = steady::<f64, Joseph<f64>>(&model);
     for other in [
         steady::<f64, crate::forms::Standard<f64>>(&model),
+        steady::<f64, Scaled<f64>>(&model),
         steady::<f64, Incremental<f64>>(&model),
         steady::<f64, crate::forms::Factored<f64>>(&model),
     ] {
