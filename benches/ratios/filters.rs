@@ -22,8 +22,11 @@ use struna_kernel::RAD_PER_DEG;
 
 pub(crate) const PERIOD_S: f64 = 480.0;
 pub(crate) const STEP_S: f64 = 0.01;
-/// What the target of 12 ns was where kfilter takes 22.6 ns.
+/// The limit of 12 ns was set where kfilter takes 22.6 ns; that is also more than the 1.8 times
+/// which are promised in so many words.
 const TARGET_RATIO: f64 = 22.6 / 12.0;
+/// kfilter has no refinement: a filter that refines is still to be faster than one that cannot.
+const REFINED_RATIO: f64 = 1.5;
 /// adskalman is to take at least so many times longer.
 const ADSKALMAN_RATIO: f64 = 3.0;
 const LANES: usize = 8;
@@ -69,9 +72,8 @@ pub(crate) fn rows() -> Result<Vec<Row>> {
     };
     let limit_s = peer_s * LANES_LIMIT;
     Ok(vec![
-        row("refinement off, first target", plain, 1.5),
         row("refinement off, 12 ns on 22.6 ns", plain, TARGET_RATIO),
-        row("refinement M6 N=100", refined, 1.5),
+        row("refinement M6 N=100", refined, REFINED_RATIO),
         Row {
             what: "predict + update, refinement off".into(),
             ours: ns(plain),
