@@ -6,8 +6,9 @@ use struna_settings::SettingsError;
 use struna_wire::{FrameSpec, Lint};
 
 /// Layouts that ship with the program: what they are called and their files.
-pub const SHIPPED: [(&str, &str); 7] = [
+pub const SHIPPED: [(&str, &str); 8] = [
     ("struna/vg910d@1", include_str!("../frames/vg910d.toml")),
+    ("struna/vg910d-triad@1", include_str!("../frames/vg910d-triad.toml")),
     ("struna/vg910d-raw4@1", include_str!("../frames/vg910d-raw4.toml")),
     ("struna/vg910d-sum@1", include_str!("../frames/vg910d-sum.toml")),
     ("struna/adis16100@1", include_str!("../frames/adis16100.toml")),

@@ -11,7 +11,7 @@ fn the_list_names_every_shipped_layout_and_each_can_be_judged() {
     let list = desk.done(&["frame", "list"]);
     let shipped: Vec<_> =
         list.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
-    assert_eq!(shipped.len(), 7, "{list}");
+    assert_eq!(shipped.len(), 8, "{list}");
     names(&list, &["struna/vg910d@1", "11", "300 Hz", "115200 baud 8N1", "rate temp status"]);
     let judged = desk.done(&[&["frame", "lint"][..], &shipped].concat());
     for name in shipped {

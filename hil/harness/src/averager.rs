@@ -15,6 +15,8 @@ pub struct Averager {
     per_output: u64,
     group: u64,
     sum_rad_s: f64,
+    /// Sums of the two further rates, once a sample of the group has brought them.
+    cross_sums_rad_s: Option<[f64; 2]>,
     count: u64,
     over_range: bool,
     /// Index that the next gyro sample should have.
@@ -22,6 +24,18 @@ pub struct Averager {
     lost: u64,
     /// End of the last average.
     closed: SimTime,
+}
+
+/// What one gyro sample says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// Rate about the input axis, rad/s.
+    pub rate_rad_s: f64,
+    /// Rates about the x and y axes of the case, rad/s. Every sample of a line brings them or
+    /// none does: an average divides by the number of all samples.
+    pub cross_rates_rad_s: Option<[f64; 2]>,
+    /// It is marked over range.
+    pub over_range: bool,
 }
 
 /// Averaging over no sample at all.
@@ -44,6 +58,7 @@ impl Averager {
             per_output,
             group,
             sum_rad_s: 0.0,
+            cross_sums_rad_s: None,
             count,
             over_range: false,
             expected,
@@ -79,7 +94,30 @@ impl Averager {
         times: &impl Fn(u64) -> SimTime,
         sink: &mut impl FnMut(&RateSample),
     ) {
-        self.arrive(index, Some((rate_rad_s, over_range)), times, sink);
+        let measured = Measured { rate_rad_s, cross_rates_rad_s: None, over_range };
+        self.arrive(index, Some(measured), times, sink);
+    }
+
+    /// As [`Self::add`], of a sample that may hold the rates about the other two axes as well.
+    pub fn add_measured(
+        &mut self,
+        index: u64,
+        measured: Measured,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
+        let grid = self.grid;
+        self.arrive(index, Some(measured), &|instant| grid.time_of(instant), sink);
+    }
+
+    /// As [`Self::add_measured`], with instants from `times` as in [`Self::add_timed`].
+    pub fn add_measured_timed(
+        &mut self,
+        index: u64,
+        measured: Measured,
+        times: &impl Fn(u64) -> SimTime,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
+        self.arrive(index, Some(measured), times, sink);
     }
 
     /// Takes note of frame `index`, which carries no rate but another channel's value: its place
@@ -102,7 +140,7 @@ impl Averager {
     fn arrive(
         &mut self,
         index: u64,
-        measured: Option<(f64, bool)>,
+        measured: Option<Measured>,
         times: &impl Fn(u64) -> SimTime,
         sink: &mut impl FnMut(&RateSample),
     ) {
@@ -115,10 +153,14 @@ impl Averager {
         }
         self.lost += index - self.expected;
         self.expected = index + 1;
-        if let Some((rate_rad_s, over_range)) = measured {
-            self.sum_rad_s += rate_rad_s;
+        if let Some(measured) = measured {
+            self.sum_rad_s += measured.rate_rad_s;
             self.count += 1;
-            self.over_range |= over_range;
+            self.over_range |= measured.over_range;
+            if let Some([x_rad_s, y_rad_s]) = measured.cross_rates_rad_s {
+                let [sum_x, sum_y] = self.cross_sums_rad_s.unwrap_or_default();
+                self.cross_sums_rad_s = Some([sum_x + x_rad_s, sum_y + y_rad_s]);
+            }
         }
         if self.expected.is_multiple_of(self.per_output) {
             self.close(times, sink);
@@ -136,10 +178,12 @@ impl Averager {
         let from = if is_gap { begin } else { self.closed };
         let time = times((self.group + 1) * self.per_output).max(from);
         self.closed = time;
+        let cross_sums_rad_s = self.cross_sums_rad_s.take();
         sink(&RateSample {
             from,
             time,
             rate_rad_s: self.sum_rad_s / self.count as f64,
+            cross_rates_rad_s: cross_sums_rad_s.map(|sums| sums.map(|sum| sum / self.count as f64)),
             over_range: self.over_range,
             lost_before: self.lost,
         });
@@ -191,6 +235,24 @@ mod tests {
         assert_eq!((out[0].rate_rad_s, out[1].rate_rad_s), (1.0, 4.0));
         assert_eq!((out[0].over_range, out[1].over_range), (false, true));
         assert_eq!(out[1].span_s(), 0.01);
+    }
+
+    #[test]
+    fn rates_about_three_axes_are_means_of_the_same_samples() {
+        let (mut averager, mut out) = (averager(3), Vec::new());
+        // Samples 1, 3 and 4 are lost: groups of two, one and three.
+        for k in [0_u64, 2, 5, 6, 7, 8] {
+            let rate_rad_s = k as f64;
+            let cross_rates_rad_s = Some([10.0 * rate_rad_s, -rate_rad_s]);
+            let measured = Measured { rate_rad_s, cross_rates_rad_s, over_range: k == 7 };
+            averager.add_measured(k, measured, &mut |sample| out.push(*sample));
+        }
+        let means: Vec<_> = out.iter().map(|s| (s.rate_rad_s, s.cross_rates_rad_s)).collect();
+        let of = |mean: f64| (mean, Some([10.0 * mean, -mean]));
+        assert_eq!(means, [of(1.0), of(5.0), of(7.0)]);
+        let flags: Vec<_> = out.iter().map(|s| (s.over_range, s.lost_before)).collect();
+        assert_eq!(flags, [(false, 1), (false, 2), (true, 0)]);
+        assert_eq!(feed(&mut self::averager(3), &[0, 1, 2])[0].cross_rates_rad_s, None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Everything left of the line: motion, gyro, encoder. Bytes out, and the truth beside them.
 
+use crate::axes::CrossGyros;
 use crate::fault::{Dispatch, FaultRecord, Injector};
 use crate::{MotionSource, Reference, SourceError};
 use struna_gyro::{Gyro, SampleClock, Surroundings, Upset};
@@ -41,6 +42,15 @@ pub enum EmulatorError {
         /** One count by the layout, rad/s. */
         frame_rad_s: f64,
     },
+    /// Three rates to send, and a motion about one axis.
+    #[error(
+        "frame layout '{frame}' carries rates about three axes and this motion knows one; take a \
+         layout with the field 'rate' alone"
+    )]
+    OneAxis {
+        /** Name of the layout. */
+        frame: String,
+    },
     /// A reading that the layout cannot carry.
     #[error(transparent)]
     Encode(#[from] EncodeError),
@@ -61,6 +71,8 @@ pub struct EmulatorReport {
 pub struct Emulator {
     source: Box<dyn MotionSource>,
     gyro: Gyro,
+    /// Those about the other two axes, when the layout has a place for them.
+    cross: Option<Box<CrossGyros>>,
     /// When the gyro samples, and the instant of the next frame.
     clock: SampleClock,
     next: SimTime,
@@ -82,6 +94,8 @@ impl std::fmt::Debug for Emulator {
 
 impl Emulator {
     /// An emulator of `gyro` on the body that `source` moves, speaking frames of layout `frame`.
+    /// A layout that carries three rates gets two gyros more, about the other axes of the case,
+    /// with noises of their own and sampled by the clock of the first.
     /// The gyro's clock means to sample on `grid`; the laboratory is quiet unless
     /// [`Self::with_surroundings`] says otherwise.
     ///
@@ -94,6 +108,7 @@ impl Emulator {
         frame: &FrameSpec,
     ) -> Result<Self, EmulatorError> {
         let layout = Layout::find(frame, gyro.params().lsb_rad_s)?;
+        let cross = CrossGyros::find(frame, &gyro)?.map(Box::new);
         let raw = vec![0; frame.fields().len()];
         let encoder = Encoder::new(frame);
         let mut clock = gyro.clock(grid);
@@ -104,6 +119,7 @@ impl Emulator {
         Ok(Self {
             source,
             gyro,
+            cross,
             clock,
             next,
             surroundings,
@@ -172,9 +188,12 @@ impl Emulator {
         let index = self.encoder.next_index();
         let before = match self.before {
             Some(before) => before,
-            None => self.source.reference_at(self.clock.time_of(index))?,
+            None => self.first_reference(index)?,
         };
         let now = self.source.reference_at(self.next)?;
+        if let Some(cross) = &mut self.cross {
+            cross.advance(self.source.as_mut(), now.time)?;
+        }
         let rate_rad_s = if self.gyro.takes_means() {
             let turned_rad = now.input_angle_rad - before.input_angle_rad;
             turned_rad / now.time.seconds_since(before.time)
@@ -187,7 +206,11 @@ impl Emulator {
         };
         let force = now.specific_force_s_m_s2;
         let input = self.surroundings.input_at(now.time.as_s(), rate_rad_s, force);
-        let reading = self.gyro.sample_upset(input, &upset);
+        let mut reading = self.gyro.sample_upset(input, &upset);
+        self.raw.fill(0);
+        if let Some(cross) = &mut self.cross {
+            cross.sample(&input, &mut reading.flags, &mut self.raw);
+        }
         self.layout.fill(&reading, &mut self.raw);
         self.frame.clear();
         self.encoder.encode(&self.raw, &mut self.frame)?;
@@ -202,6 +225,15 @@ impl Emulator {
             None => sink(Dispatch::Bytes { ready: now.time, baud_ratio: 1.0, bytes: &self.frame }),
         }
         Ok(now)
+    }
+
+    /// The motion at the first instant, before which nothing has been sampled.
+    fn first_reference(&mut self, index: u64) -> Result<Reference, EmulatorError> {
+        let first = self.source.reference_at(self.clock.time_of(index))?;
+        if let Some(cross) = &mut self.cross {
+            cross.begin(self.source.as_mut(), first.time)?;
+        }
+        Ok(first)
     }
 
     /// Ends the stream: a frame that a fault holds back is handed over, events under way end.
@@ -228,6 +260,22 @@ fn counted(sent: &mut u64, sink: &mut dyn FnMut(Dispatch<'_>)) -> impl FnMut(Dis
     }
 }
 
+/// Refuses a layout whose field `rate` counts in other steps than the gyro.
+pub(crate) fn check_scale(
+    frame: &FrameSpec,
+    rate: usize,
+    gyro_rad_s: f64,
+) -> Result<(), EmulatorError> {
+    let frame_rad_s = frame.fields()[rate].scale_si();
+    // Both come from decimal text through one multiplication: equal to the last bits or not
+    // meant to be equal.
+    if (frame_rad_s / gyro_rad_s - 1.0).abs() > 1e-12 {
+        let frame = frame.name().to_owned();
+        return Err(EmulatorError::ScaleMismatch { frame, gyro_rad_s, frame_rad_s });
+    }
+    Ok(())
+}
+
 /// Where the parts of a reading go in a frame. What the layout does not have is not sent.
 #[derive(Debug)]
 struct Layout {
@@ -250,12 +298,7 @@ impl Layout {
         let name = || frame.name().to_owned();
         let rate =
             frame.field_index("rate").ok_or_else(|| EmulatorError::NoRate { frame: name() })?;
-        let frame_rad_s = frame.fields()[rate].scale_si();
-        // Both come from decimal text through one multiplication: equal to the last bits or not
-        // meant to be equal.
-        if (frame_rad_s / gyro_rad_s - 1.0).abs() > 1e-12 {
-            return Err(EmulatorError::ScaleMismatch { frame: name(), gyro_rad_s, frame_rad_s });
-        }
+        check_scale(frame, rate, gyro_rad_s)?;
         let bit = |flag: &str| {
             let flag = &frame.flags()[frame.flag_index(flag)?];
             Some(Bit { field: flag.field(), mask: flag.mask() })
@@ -266,8 +309,8 @@ impl Layout {
         Ok(Self { rate, temperature, valid, over_range, warm_up, temperature_valid })
     }
 
+    /// Fills in what there is; the rest of `raw` is left as it is.
     fn fill(&self, reading: &GyroReading, raw: &mut [i64]) {
-        raw.fill(0);
         raw[self.rate] = i64::from(reading.counts.0);
         let set = |raw: &mut [i64], bit: Option<Bit>, on: bool| {
             if let Some(Bit { field, mask }) = bit.filter(|_| on) {

@@ -16,6 +16,7 @@
 //! through [`clock::TimeBase`] alone, as numbers that a replay gives again.
 
 mod averager;
+mod axes;
 pub mod clock;
 mod device;
 mod emulator;
@@ -28,11 +29,12 @@ mod run;
 mod source;
 mod transmitter;
 
-pub use averager::{Averager, AveragerError};
+pub use averager::{Averager, AveragerError, Measured};
+pub use axes::cross_rate_fields;
 pub use device::{DeviceError, DeviceFault, DeviceUnderTest};
 pub use emulator::{Emulator, EmulatorError, EmulatorReport, Pacing};
 pub use fmu_device::{FmuDevice, Parameter, ParameterValue};
 pub use pipeline::{GyroChannel, Pipeline, PipelineError, PipelineReport};
 pub use run::{Observer, RunError, RunReport, run};
-pub use source::{BodySource, MotionSource, Recording, Reference, SourceError};
+pub use source::{BodySource, CrossAxes, MotionSource, Recording, Reference, SourceError};
 pub use transmitter::{LineEvent, LinePath, Transmitter};

@@ -1,6 +1,7 @@
 //! Everything right of the line: bytes in, estimates out. No port, no clock, no truth.
 
-use crate::{Averager, DeviceError, DeviceUnderTest};
+use crate::axes::CrossRates;
+use crate::{Averager, DeviceError, DeviceUnderTest, Measured};
 use struna_kernel::{AngleEstimate, RateSample};
 use struna_wire::{Counters, Decoder, FieldSpec, Frame, FrameSpec, Unit};
 
@@ -70,6 +71,7 @@ pub struct Pipeline {
     decoder: Decoder,
     channel: GyroChannel,
     rate_field: FieldSpec,
+    cross: Option<CrossRates>,
     averager: Averager,
     devices: Devices,
     over_range: u64,
@@ -103,8 +105,10 @@ impl Pipeline {
         let channel = GyroChannel::find(&frame)?;
         let devices = Devices::new(under_test);
         let rate_field = frame.fields()[channel.rate].clone();
+        let cross = CrossRates::find(&frame);
         let decoder = Decoder::new(frame);
-        Ok(Self { decoder, channel, rate_field, averager, devices, over_range: 0, not_valid: 0 })
+        let (over_range, not_valid) = (0, 0);
+        Ok(Self { decoder, channel, rate_field, cross, averager, devices, over_range, not_valid })
     }
 
     /// Takes bytes off the line; `sink` sees each averaged sample with the estimates made of it, in
@@ -117,7 +121,8 @@ impl Pipeline {
         bytes: &[u8],
         sink: &mut dyn FnMut(&RateSample, &[AngleEstimate]),
     ) -> Result<(), PipelineError> {
-        let Self { decoder, channel, rate_field, averager, devices, over_range, not_valid } = self;
+        let Self { decoder, channel, rate_field, cross, averager, devices, .. } = self;
+        let (over_range, not_valid) = (&mut self.over_range, &mut self.not_valid);
         decoder.push(bytes, &mut |frame| {
             if !frame.has(channel.rate) {
                 averager.pass_over(frame.index, &mut |sample| devices.step(sample, sink));
@@ -130,7 +135,9 @@ impl Pipeline {
             let clipped = channel.is_over_range(frame);
             *over_range += u64::from(clipped);
             let rate_rad_s = rate_field.to_si(frame.raw()[channel.rate]);
-            averager.add(frame.index, rate_rad_s, clipped, &mut |sample| {
+            let cross_rates_rad_s = cross.as_ref().map(|cross| cross.rates_rad_s(frame));
+            let measured = Measured { rate_rad_s, cross_rates_rad_s, over_range: clipped };
+            averager.add_measured(frame.index, measured, &mut |sample| {
                 devices.step(sample, sink);
             });
         });

@@ -36,6 +36,26 @@ pub trait MotionSource: Send {
     /// # Errors
     /// [`SourceError`] when the motion cannot be carried that far.
     fn reference_at(&mut self, time: SimTime) -> Result<Reference, SourceError>;
+
+    /// What gyros about the other two axes of the case are given at `time`; none when the source
+    /// knows one axis only. Asked only for a line of three rates, after [`Self::reference_at`] of
+    /// the same instant.
+    ///
+    /// # Errors
+    /// [`SourceError`] when the motion cannot be carried that far.
+    fn cross_axes_at(&mut self, time: SimTime) -> Result<Option<CrossAxes>, SourceError> {
+        let _ = time;
+        Ok(None)
+    }
+}
+
+/// The motion about the x and y axes of the gyro's case, whose third axis is the input axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CrossAxes {
+    /// Integrals of the inertial rates since the start, rad.
+    pub angles_rad: [f64; 2],
+    /// Inertial rates, the Earth's included, rad/s.
+    pub rates_rad_s: [f64; 2],
 }
 
 /// Why a source has no motion to give.
@@ -83,6 +103,15 @@ impl MotionSource for BodySource {
             twist_rad: Some(motion.twist_rad),
             twist_rate_rad_s: Some(motion.twist_rate_rad_s),
         })
+    }
+
+    fn cross_axes_at(&mut self, time: SimTime) -> Result<Option<CrossAxes>, SourceError> {
+        let motion = self.truth.motion_at(time)?;
+        let [x_b, y_b, _] = self.mounting.case_axes_b();
+        Ok(Some(CrossAxes {
+            angles_rad: [x_b, y_b].map(|axis_b| axis_b.dot(&motion.inertial_angle_b_rad)),
+            rates_rad_s: [x_b, y_b].map(|axis_b| axis_b.dot(&motion.omega_ib_b_rad_s)),
+        }))
     }
 }
 

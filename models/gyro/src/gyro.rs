@@ -48,10 +48,24 @@ impl Gyro {
     /// [`ParameterError`] for the first parameter that no gyro can have.
     pub fn new(params: GyroParams, seed: Seed, run: u64) -> Result<Self, ParameterError> {
         params.validate()?;
+        Ok(Self::drawn(params, seed, run))
+    }
+
+    /// The gyro about another axis of the same case: the same parameters in the same run, and
+    /// every random number from a stream of its own. Axis 0 is this one.
+    ///
+    /// Streams are told apart by the two highest bits of the run, which no campaign counts up to.
+    #[must_use]
+    pub fn about_axis(&self, axis: u8) -> Self {
+        Self::drawn(self.params, self.seed, self.run ^ (u64::from(axis & 3) << 62))
+    }
+
+    /// A gyro whose parameters are known to be possible.
+    fn drawn(params: GyroParams, seed: Seed, run: u64) -> Self {
         let once = |channel| RandomStream::new(seed, channel, run).standard_normal();
         let bias_spread = params.turn_on_bias_sigma_rad_s * once(Channel::GyroTurnOnBias);
         let scale_spread = params.scale.turn_on_sigma * once(Channel::GyroTurnOnScale);
-        Ok(Self {
+        Self {
             responder: Responder::new(&params.response, params.sample_rate_hz, params.sampling),
             scale: 1.0 + params.scale.error + scale_spread,
             bend: Bend::new(params.linearity, params.rate_max_rad_s),
@@ -68,7 +82,7 @@ impl Gyro {
             params,
             seed,
             run,
-        })
+        }
     }
 
     /// The parameters as given.

@@ -73,6 +73,9 @@ pub struct RateSample {
     pub time: SimTime,
     /// Measured rate about the gyro's input axis, rad/s.
     pub rate_rad_s: f64,
+    /// Measured rates about the x and y axes of the case, whose third axis is the input axis,
+    /// rad/s: means of the same gyro samples. None when the line carries one rate.
+    pub cross_rates_rad_s: Option<[f64; 2]>,
     /// At least one gyro sample in the span was marked over range.
     pub over_range: bool,
     /// Gyro samples lost between the previous `RateSample` and this one.

@@ -11,8 +11,9 @@ pub use source::{ByteSource, HostClock, SourceRead};
 use crate::clock::{
     Basis, Heard, Observed, Resolved, Resolver, SampleClock, Skew, TimeBase, TimeBaseSettings,
 };
+use crate::axes::CrossRates;
 use crate::pipeline::Devices;
-use crate::{Averager, AveragerError, DeviceUnderTest, GyroChannel, PipelineError};
+use crate::{Averager, AveragerError, DeviceUnderTest, GyroChannel, Measured, PipelineError};
 use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime, TimeError};
 use struna_wire::{Counters, Decoder, FieldSpec, Frame, FrameSpec};
 
@@ -111,6 +112,7 @@ pub struct LivePipeline {
 struct Chain {
     channel: GyroChannel,
     rate_field: FieldSpec,
+    cross: Option<CrossRates>,
     resolver: Resolver,
     base: TimeBase,
     tolerance: f64,
@@ -149,6 +151,7 @@ impl LivePipeline {
         let chain = Chain {
             channel,
             rate_field: frame.fields()[channel.rate].clone(),
+            cross: CrossRates::find(&frame),
             resolver: Resolver::new(frame.sequence().map(|sequence| sequence.modulus())),
             base: TimeBase::new(TimeBaseSettings { latency, ..settings }),
             tolerance: timing.rate_tolerance,
@@ -339,9 +342,11 @@ impl Chain {
         let clipped = self.channel.is_over_range(frame);
         self.report.over_range += u64::from(clipped);
         let rate_rad_s = self.rate_field.to_si(frame.raw()[self.channel.rate]);
+        let cross_rates_rad_s = self.cross.as_ref().map(|cross| cross.rates_rad_s(frame));
+        let measured = Measured { rate_rad_s, cross_rates_rad_s, over_range: clipped };
         let Self { averager, devices, clock, .. } = self;
         let times = |instant| clock.time_of(instant);
-        averager.add_timed(index, rate_rad_s, clipped, &times, &mut |sample| {
+        averager.add_measured_timed(index, measured, &times, &mut |sample| {
             devices.step(sample, &mut |sample, estimates| observer.output(sample, estimates));
         });
     }
