@@ -4,6 +4,7 @@
 use crate::fmu::{self, FmiVersion};
 use crate::in_process::InProcess;
 use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs};
+use crate::three_axes::ThreeAxisDevice;
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,9 @@ pub fn devices(
 fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnderTest>> {
     let file = match &plan.run_as {
         RunAs::InProcess => {
+            if let EstimatorKind::ThreeAxisSwing(of_three) = &plan.kind {
+                return Ok(Box::new(ThreeAxisDevice::new(&plan.name, **of_three)?));
+            }
             return Ok(Box::new(InProcess::new(&plan.name, estimator(&plan.kind)?)));
         }
         RunAs::Fmi2 => built(&plan.kind, FmiVersion::Fmi2, fmu_folder)?,
@@ -48,7 +52,7 @@ fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnder
 /// The estimator itself, as every bench of this program steps it.
 ///
 /// # Errors
-/// When it refuses a parameter.
+/// When it refuses a parameter, or is none of one rate.
 pub fn estimator(kind: &EstimatorKind) -> Result<Box<dyn RateEstimator>> {
     Ok(match kind {
         EstimatorKind::PlainIntegration(config) => Box::new(PlainIntegration::new(*config)?),
@@ -60,6 +64,7 @@ pub fn estimator(kind: &EstimatorKind) -> Result<Box<dyn RateEstimator>> {
         EstimatorKind::TestedTorsion { config, test } => Box::new(TestedFilter::new(config, test)?),
         EstimatorKind::HysteresisBank(config) => Box::new(HysteresisBank::new(config)?),
         EstimatorKind::Live(config) => Box::new(LiveEstimator::new(config)?),
+        EstimatorKind::ThreeAxisSwing(_) => anyhow::bail!("it takes three rates, not one"),
     })
 }
 
@@ -67,6 +72,7 @@ pub fn estimator(kind: &EstimatorKind) -> Result<Box<dyn RateEstimator>> {
 fn built(kind: &EstimatorKind, version: FmiVersion, folder: &Path) -> Result<PathBuf> {
     let model = match kind {
         EstimatorKind::PlainIntegration(_) => anyhow::bail!("plain integration is no FMU"),
+        EstimatorKind::ThreeAxisSwing(_) => anyhow::bail!("a filter of three rates is no FMU"),
         EstimatorKind::PermanentRotation(_) => "PermanentRotation",
         EstimatorKind::TorsionalOscillation { .. } => "TorsionalOscillation",
         EstimatorKind::AugmentedTorsion(_) | EstimatorKind::TestedTorsion { .. } => {
@@ -102,6 +108,8 @@ fn parameters(kind: &EstimatorKind) -> Vec<Parameter> {
         }
         EstimatorKind::HysteresisBank(config) => augmented(config),
         EstimatorKind::Live(config) => live(config),
+        // Runs in process alone.
+        EstimatorKind::ThreeAxisSwing(_) => Vec::new(),
     }
 }
 

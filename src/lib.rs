@@ -28,4 +28,5 @@ pub mod scenario;
 pub mod score;
 pub mod session;
 pub mod smooth;
+pub mod three_axes;
 pub mod validate;

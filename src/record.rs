@@ -1,7 +1,7 @@
 //! The record of a run: named columns over time. Score and figure read nothing else.
 
 use std::io::{self, Write};
-use struna_kernel::AngleEstimate;
+use struna_kernel::{AngleEstimate, RateSample};
 
 /// Columns of equal length; the first is `time`, s. Names carry units.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -66,6 +66,26 @@ impl Record {
             write_csv_row(self.columns.iter().map(|column| column.values[row]), out)
         })
     }
+}
+
+/// What every record holds of a sample.
+const MEASURED_SIGNALS: [&str; 4] = ["time", "measured_rate_rad_s", "over_range", "lost_before"];
+/// And what it holds besides when the line carries three rates.
+const CROSS_SIGNALS: [&str; 2] = ["measured_rate_x_rad_s", "measured_rate_y_rad_s"];
+
+/// Names of the first columns of a record; `has_cross` when the line carries three rates.
+#[must_use]
+pub fn measured_signals(has_cross: bool) -> Vec<String> {
+    let cross = CROSS_SIGNALS.iter().filter(|_| has_cross);
+    MEASURED_SIGNALS.iter().chain(cross).map(|name| (*name).to_owned()).collect()
+}
+
+/// The values of these columns.
+pub fn measured_values(of: &RateSample, has_cross: bool) -> impl Iterator<Item = f64> {
+    let over_range = f64::from(u8::from(of.over_range));
+    let main = [of.time.as_s(), of.rate_rad_s, over_range, of.lost_before as f64];
+    let cross = has_cross.then(|| of.cross_rates_rad_s.unwrap_or([f64::NAN; 2]));
+    main.into_iter().chain(cross.into_iter().flatten())
 }
 
 /// Names of the signals that each estimator has in a record.

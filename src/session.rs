@@ -2,7 +2,9 @@
 
 pub use crate::devices::devices;
 
-use crate::record::{ESTIMATOR_SIGNALS, Record, estimator_values};
+use crate::record::{
+    ESTIMATOR_SIGNALS, Record, estimator_values, measured_signals, measured_values,
+};
 use crate::recording;
 use crate::scenario::{Scenario, Source};
 use anyhow::Result;
@@ -12,6 +14,7 @@ use struna_gyro::Gyro;
 use struna_harness::fault::Injector;
 use struna_harness::{
     Averager, BodySource, Emulator, MotionSource, Observer, Pacing, Pipeline, Reference, RunReport,
+    cross_rate_fields,
 };
 use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime};
 use struna_line::StopFlag;
@@ -120,6 +123,8 @@ struct Recorder<'a> {
     record: Record,
     /// What moves the body; a recording, which knows no twist, has none.
     backend: Option<Backend>,
+    /// The frame carries rates about three axes.
+    has_cross: bool,
     row: Vec<f64>,
     progress: &'a mut dyn FnMut(SimTime),
 }
@@ -130,9 +135,8 @@ impl<'a> Recorder<'a> {
             Source::Model(model) => Some(model.backend),
             Source::Recording(_) => None,
         };
-        let mut names: Vec<String> = ["time", "measured_rate_rad_s", "over_range", "lost_before"]
-            .map(str::to_owned)
-            .to_vec();
+        let has_cross = cross_rate_fields(&scenario.frame).is_some();
+        let mut names = measured_signals(has_cross);
         let truth = ["input_rate_rad_s", "body_rate_rad_s", "body_rate_integral_rad"];
         names.extend(truth.map(|signal| format!("truth.{signal}")));
         if backend.is_some() {
@@ -145,7 +149,7 @@ impl<'a> Recorder<'a> {
             }
         }
         let row = Vec::with_capacity(names.len());
-        Self { record: Record::with_columns(names), backend, row, progress }
+        Self { record: Record::with_columns(names), backend, has_cross, row, progress }
     }
 }
 
@@ -158,15 +162,8 @@ impl Observer for Recorder<'_> {
     ) {
         let of = |get: fn(&Reference) -> f64| reference.map_or(f64::NAN, get);
         self.row.clear();
-        self.row.extend([
-            sample.time.as_s(),
-            sample.rate_rad_s,
-            f64::from(u8::from(sample.over_range)),
-            sample.lost_before as f64,
-            of(|r| r.input_rate_rad_s),
-            of(|r| r.rate_rad_s),
-            of(|r| r.spin_rad),
-        ]);
+        self.row.extend(measured_values(sample, self.has_cross));
+        self.row.extend([of(|r| r.input_rate_rad_s), of(|r| r.rate_rad_s), of(|r| r.spin_rad)]);
         if let Some(backend) = self.backend {
             let twist = reference.and_then(|r| r.twist_rad.zip(r.twist_rate_rad_s));
             let (twist_rad, twist_rate_rad_s) = twist.unwrap_or((f64::NAN, f64::NAN));

@@ -29,6 +29,7 @@ fn demo(run_as: &RunAs) -> Scenario {
             | EstimatorKind::HysteresisBank(config)
             | EstimatorKind::TestedTorsion { config, .. } => config.process_noise_rad2_s3 = 1e-8,
             EstimatorKind::Live(config) => config.torsion.process_noise_rad2_s3 = 1e-8,
+            EstimatorKind::ThreeAxisSwing(plan) => plan.config.rate_walk_rad2_s3 = 1e-8,
         }
     }
     scenario

@@ -13,7 +13,7 @@ pub mod words;
 use crate::output::{OutputError, create_folder, write_whole};
 use crate::session;
 use anyhow::Result;
-use recorder::{Figures, Recorder, Screen};
+use recorder::{Figures, Keep, Recorder, Screen};
 use report::HilReport;
 use setup::{Plan, Setup};
 use std::path::{Path, PathBuf};
@@ -71,8 +71,9 @@ pub fn run(
     let json = setup.to_json()?;
     write_whole(&bench.out.join(SETUP), |file| writeln!(file, "{json}"))?;
     let halt = StopFlag::new();
+    let keep = Keep { bytes: true, has_cross: plan.has_cross() };
     let mut recorder =
-        Recorder::create(bench.out, names.clone(), true, halt.clone(), bench.screen)?;
+        Recorder::create(bench.out, names.clone(), keep, halt.clone(), bench.screen)?;
     let stopped = || bench.stop.is_stopped() || halt.is_stopped();
     let listening = Listening { until: bench.until, stop: &stopped, strict: bench.strict };
     let ended = listen(source, clock, &mut pipeline, &mut recorder, &listening);
@@ -97,7 +98,8 @@ pub fn replay(setup: &Setup, from: &Path, out: &Path, screen: &mut dyn Screen) -
     let plan = setup.plan()?;
     let (mut pipeline, names) = begin(&plan, out)?;
     let halt = StopFlag::new();
-    let mut recorder = Recorder::create(out, names.clone(), false, halt.clone(), screen)?;
+    let keep = Keep { bytes: false, has_cross: plan.has_cross() };
+    let mut recorder = Recorder::create(out, names.clone(), keep, halt.clone(), screen)?;
     let replayed = raw::replay(from, &mut |time, input| {
         recorder.input(time, input);
         Ok(pipeline.take(time, input, &mut recorder)?)

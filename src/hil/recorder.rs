@@ -5,7 +5,10 @@ use super::raw::RawWriter;
 use super::statistics::{Arrivals, Gaps};
 use super::words;
 use crate::output::OutputError;
-use crate::record::{ESTIMATOR_SIGNALS, estimator_values, write_csv_names, write_csv_row};
+use crate::record::{
+    ESTIMATOR_SIGNALS, estimator_values, measured_signals, measured_values, write_csv_names,
+    write_csv_row,
+};
 use std::io::{self, Write};
 use std::path::Path;
 use struna_harness::clock::{Resolved, Skew};
@@ -69,6 +72,15 @@ pub struct Figures {
     pub recorded_until: SimTime,
 }
 
+/// What is kept of a run beside the estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Keep {
+    /// The bytes.
+    pub bytes: bool,
+    /// Columns for the rates about the other two axes.
+    pub has_cross: bool,
+}
+
 /// Writes as the run goes on. The first refusal of the disk stops the run; what came until then
 /// is kept.
 pub struct Recorder<'a> {
@@ -76,6 +88,7 @@ pub struct Recorder<'a> {
     events: PartFile,
     raw: Option<RawWriter>,
     names: Vec<String>,
+    has_cross: bool,
     screen: &'a mut dyn Screen,
     halt: StopFlag,
     failure: Option<OutputError>,
@@ -94,14 +107,14 @@ impl std::fmt::Debug for Recorder<'_> {
 
 impl<'a> Recorder<'a> {
     /// Begins files in `folder` for estimators called `names`. `halt` is thrown when the disk
-    /// refuses. The bytes are kept if `with_raw`.
+    /// refuses.
     ///
     /// # Errors
     /// [`OutputError`] when a file cannot be begun.
     pub fn create(
         folder: &Path,
         names: Vec<String>,
-        with_raw: bool,
+        keep: Keep,
         halt: StopFlag,
         screen: &'a mut dyn Screen,
     ) -> Result<Self, OutputError> {
@@ -111,11 +124,11 @@ impl<'a> Recorder<'a> {
         };
         let mut record = begun(RECORD)?;
         let failed = |source| OutputError { path: folder.join(RECORD), source };
-        let columns = columns(&names);
+        let columns = columns(&names, keep.has_cross);
         write_csv_names(columns.iter().map(String::as_str), record.entries()).map_err(failed)?;
         let mut events = begun(EVENTS)?;
         events.entries().extend(b"time,arrival_s,kind,detail\n");
-        let raw = if with_raw {
+        let raw = if keep.bytes {
             let failed = |(path, source)| OutputError { path, source };
             Some(RawWriter::create(folder).map_err(failed)?)
         } else {
@@ -127,6 +140,7 @@ impl<'a> Recorder<'a> {
             events,
             raw,
             names,
+            has_cross: keep.has_cross,
             screen,
             halt,
             failure: None,
@@ -176,10 +190,10 @@ impl<'a> Recorder<'a> {
 }
 
 /// Columns of the record: those of a run, without its truth.
-fn columns(names: &[String]) -> Vec<String> {
-    let common = ["time", "measured_rate_rad_s", "over_range", "lost_before"].map(str::to_owned);
+fn columns(names: &[String], has_cross: bool) -> Vec<String> {
+    let measured = measured_signals(has_cross);
     let of = |name: &String| ESTIMATOR_SIGNALS.map(|signal| format!("{name}.{signal}"));
-    common.into_iter().chain(names.iter().flat_map(of)).collect()
+    measured.into_iter().chain(names.iter().flat_map(of)).collect()
 }
 
 impl LiveObserver for Recorder<'_> {
@@ -206,9 +220,8 @@ impl LiveObserver for Recorder<'_> {
         self.figures.recorded_until = sample.time;
         self.figures.estimates.clear();
         self.figures.estimates.extend_from_slice(estimates);
-        let over_range = f64::from(u8::from(sample.over_range));
-        let common = [sample.time.as_s(), sample.rate_rad_s, over_range, sample.lost_before as f64];
-        let row = common.into_iter().chain(estimates.iter().flat_map(estimator_values));
+        let measured = measured_values(sample, self.has_cross);
+        let row = measured.chain(estimates.iter().flat_map(estimator_values));
         let written = write_csv_row(row, self.record.entries()).and_then(|()| self.record.settle());
         self.note(RECORD, written);
     }

@@ -1,13 +1,14 @@
 //! What a live run was asked to do, in a form that can be kept beside its bytes.
 
 use crate::frames;
-use crate::scenario::{EstimatorKind, EstimatorPlan, RunAs, Scenario};
+use crate::scenario::{self, EstimatorKind, EstimatorPlan, RunAs, Scenario};
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use struna_estimator::{
     AugmentedConfig, FilterConfig, InnovationTest, LiveConfig, Reading, Refinement, StartPrior,
 };
+use struna_harness::cross_rate_fields;
 use struna_kernel::{RAD_PER_DEG, SimTime};
 use struna_wire::FrameSpec;
 
@@ -78,6 +79,14 @@ pub struct Plan {
     pub averaging_samples: u64,
     /// Constant delay of the line.
     pub latency: SimTime,
+}
+
+impl Plan {
+    /// Whether the frame carries rates about three axes.
+    #[must_use]
+    pub fn has_cross(&self) -> bool {
+        cross_rate_fields(&self.frame).is_some()
+    }
 }
 
 impl Setup {
@@ -155,6 +164,11 @@ impl Setup {
             Some(usual) if self.estimators.is_empty() => chosen(known, &usual.map(str::to_owned))?,
             _ => chosen(known, &self.estimators)?,
         };
+        let of_three =
+            |plan: &&EstimatorPlan| matches!(plan.kind, EstimatorKind::ThreeAxisSwing(_));
+        if let (Some(plan), None) = (estimators.iter().find(of_three), cross_rate_fields(&frame)) {
+            bail!("estimator '{}': {}", plan.name, scenario::one_rate(&frame));
+        }
         let latency = SimTime::from_s(self.latency_s)?;
         Ok(Plan { frame, estimators, averaging_samples, latency })
     }

@@ -12,7 +12,7 @@ mod numbers;
 mod source;
 
 pub use body::ModelSource;
-pub use estimators::{EstimatorKind, EstimatorPlan, RunAs};
+pub use estimators::{EstimatorKind, EstimatorPlan, RunAs, ThreeAxisPlan, one_rate};
 pub use line::LinePlan;
 pub use source::{RecordingSource, Source};
 
@@ -117,9 +117,13 @@ impl Scenario {
             scenario.frame = read_frame(&file)?;
             scenario.frame_called = file.display().to_string();
         }
-        // The rest of [line] is judged by the frame that goes over it.
+        // The rest of [line], and what is made of it, is judged by the frame that goes over it.
         let rate_hz = scenario.gyro.sample_rate_hz;
-        let line = |root: &Table<'_>| line::line(root, &scenario.frame, rate_hz);
+        let line = |root: &Table<'_>| {
+            source::check_axes(root, &scenario.source, &scenario.frame)?;
+            estimators::check_axes(root, &scenario.frame)?;
+            line::line(root, &scenario.frame, rate_hz)
+        };
         scenario.line =
             struna_settings::read(text, line).map_err(|error| Box::new(error.in_file(path)))?;
         Ok(scenario)

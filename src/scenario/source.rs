@@ -2,8 +2,10 @@
 
 use super::{ModelSource, body};
 use std::path::{Path, PathBuf};
+use struna_harness::cross_rate_fields;
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
+use struna_wire::FrameSpec;
 
 /// Where the motion comes from.
 #[derive(Debug, Clone)]
@@ -57,4 +59,18 @@ fn recording(root: &Table<'_>, source: &Table<'_>, folder: &Path) -> Result<Sour
         rate_column: text("rate_column")?,
         rad_s_per_unit: source.required("unit")?.word(&units)?,
     }))
+}
+
+/// Refuses a frame of three rates beside a recording, which has one.
+pub(super) fn check_axes(root: &Table<'_>, source: &Source, frame: &FrameSpec) -> Result<()> {
+    let is_recording = matches!(source, Source::Recording(_));
+    if !is_recording || cross_rate_fields(frame).is_none() {
+        return Ok(());
+    }
+    // The default layout carries one rate: this one was asked for.
+    let asked = root.required("line")?.table()?.required("frame")?;
+    Err(asked.because(
+        "a recording holds one rate and this frame carries three; set it to a frame with one, \
+         such as \"struna/vg910d@1\", or move a body with kind = \"model\" in [source]",
+    ))
 }

@@ -85,6 +85,11 @@ fn told_by(path: &std::path::Path) -> anyhow::Result<(f64, FilterConfig)> {
         | EstimatorKind::TestedTorsion { config, .. }
         | EstimatorKind::HysteresisBank(config) => Some(of_two_states(config)),
         EstimatorKind::Live(config) => Some(of_two_states(&config.torsion)),
+        EstimatorKind::ThreeAxisSwing(plan) => {
+            let of = &plan.config;
+            let r = of.measurement_variance_rad2_s2;
+            Some(of_two_states(&AugmentedConfig::quiet(of.start, r)))
+        }
     });
     Ok(torsional.ok_or_else(|| SmoothingError::NoTorsion { path: path.to_owned() })?)
 }

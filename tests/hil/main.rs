@@ -4,6 +4,7 @@
 
 mod program;
 mod script;
+mod three_axes;
 
 use script::{Script, Step, carried, complete_ns, frames};
 use std::fs;
@@ -55,13 +56,18 @@ struct Live {
 impl Live {
     /// Plays `steps` for `seconds`.
     fn play(steps: Vec<(i64, Step)>, seconds: f64, strict: bool) -> Self {
+        Self::play_as(&setup(), steps, seconds, strict)
+    }
+
+    /// The same, decoded as `setup` says.
+    fn play_as(setup: &Setup, steps: Vec<(i64, Step)>, seconds: f64, strict: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let stop = StopFlag::new();
         let (mut source, mut clock) = Script::new(steps, &stop);
         let mut notes = Notes::default();
         let until = Some(SimTime::from_s(seconds).unwrap());
         let bench = Bench { out: folder.path(), screen: &mut notes, stop: &stop, until, strict };
-        let finished = hil::run(&setup(), "script", &mut source, &mut clock, bench).unwrap();
+        let finished = hil::run(setup, "script", &mut source, &mut clock, bench).unwrap();
         assert!(notes.shown as f64 > 5.0 * seconds.min(1.0), "shown {} times", notes.shown);
         let attempts_ns = source.attempts_ns.borrow().clone();
         Self { folder, finished, said: notes.said, attempts_ns }

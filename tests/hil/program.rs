@@ -1,7 +1,7 @@
 //! The program itself, on a pseudo-terminal that speaks the frame in real time.
 
 use crate::script::{Step, frames};
-use crate::spec;
+use crate::{spec, three_axes};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,11 @@ struct Gyro {
 
 impl Gyro {
     fn new() -> Self {
+        Self::playing(frames(&spec(), FRAMES, crate::RATE_RAD_S))
+    }
+
+    /// A gyro that sends these.
+    fn playing(steps: Vec<(i64, Step)>) -> Self {
         let folder = tempfile::tempdir().unwrap();
         // Where `XDG_RUNTIME_DIR` is looked into.
         let links = folder.path().join("struna");
@@ -34,7 +39,7 @@ impl Gyro {
         let stopped = stop.clone();
         let thread = thread::spawn(move || {
             let mut pacer = Pacer::start();
-            for (ns, step) in frames(&spec(), FRAMES, crate::RATE_RAD_S) {
+            for (ns, step) in steps {
                 let Step::Bytes(bytes) = step else { continue };
                 let waited = pacer.wait_until(SimTime::from_ns(ns), &stopped);
                 if waited == Waited::Stopped || port.write_all(&bytes, &stopped).is_err() {
@@ -104,6 +109,26 @@ fn a_live_run_and_its_replay_give_the_same_record() {
     let onto_itself = gyro.command(&["hil", "--replay", &out, "--out", &out]).output().unwrap();
     assert_eq!(onto_itself.status.code(), Some(1));
     assert_eq!(read(&gyro.out().join("record.csv")), record);
+}
+
+#[test]
+fn three_rates_are_heard_on_a_port() {
+    let gyro = Gyro::playing(three_axes::frames(10.0));
+    let link = gyro.link().display().to_string();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/three-axes.toml");
+    let out = gyro.out().display().to_string();
+    let run = gyro
+        .command(&["hil", "--port", &link, "--duration", "1.5", "--out", &out, "--scenario"])
+        .arg(scenario)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", text_of(&run));
+    let record = read(&gyro.out().join("record.csv"));
+    assert!(record.starts_with(three_axes::COLUMNS), "{record}");
+    assert!(record.lines().count() > 10, "{record}");
+    let again = gyro.command(&["hil", "--replay", &out]).output().unwrap();
+    assert!(again.status.success(), "{}", text_of(&again));
+    assert_eq!(read(&gyro.out().join("replay/record.csv")), record);
 }
 
 #[test]

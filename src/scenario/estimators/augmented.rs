@@ -5,7 +5,7 @@ use struna_estimator::{AugmentedConfig, GyroRange, InnovationTest, StartPrior};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
 
-const RAD2_PER_DEG2: f64 = RAD_PER_DEG * RAD_PER_DEG;
+pub(super) const RAD2_PER_DEG2: f64 = RAD_PER_DEG * RAD_PER_DEG;
 const RAD_S_PER_DEG_H: f64 = RAD_PER_DEG / 3600.0;
 /// Raw standard deviations next to the gyro's limit in which the noise is clipped.
 const MARGIN_RAW_SIGMAS: f64 = 5.0;
@@ -40,7 +40,8 @@ pub(super) fn config(table: &Table<'_>, sampling: Sampling) -> Result<AugmentedC
     Ok(config)
 }
 
-fn start(table: &Table<'_>) -> Result<StartPrior> {
+/// What is believed at the start, by all that learn.
+pub(super) fn start(table: &Table<'_>) -> Result<StartPrior> {
     let numbers = Numbers(table);
     let period_s = table.required("torsion_period_s")?.positive()?;
     let angle_rad = numbers.any("angle_start_deg", RAD_PER_DEG, 0.0)?;

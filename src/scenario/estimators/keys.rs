@@ -12,11 +12,12 @@ pub(super) enum KindWord {
     Tested,
     Bank,
     Live,
+    ThreeAxis,
 }
 
-use KindWord::{Augmented, Bank, Integration, Live, Rotation, Tested, Torsion};
+use KindWord::{Augmented, Bank, Integration, Live, Rotation, Tested, ThreeAxis, Torsion};
 
-pub(super) const WORDS: [(&str, KindWord); 7] = [
+pub(super) const WORDS: [(&str, KindWord); 8] = [
     ("plain-integration", Integration),
     ("permanent-rotation", Rotation),
     ("torsional-oscillation", Torsion),
@@ -24,16 +25,23 @@ pub(super) const WORDS: [(&str, KindWord); 7] = [
     ("tested-torsion", Tested),
     ("hysteresis-bank", Bank),
     ("live", Live),
+    ("three-axis-swing", ThreeAxis),
 ];
 
 const OF_2008: &[KindWord] = &[Integration, Rotation, Torsion];
-const OSCILLATING: &[KindWord] = &[Torsion, Augmented, Tested, Bank, Live];
-const LEARNING: &[KindWord] = &[Augmented, Tested, Bank, Live];
+const OSCILLATING: &[KindWord] = &[Torsion, Augmented, Tested, Bank, Live, ThreeAxis];
+const LEARNING: &[KindWord] = &[Augmented, Tested, Bank, Live, ThreeAxis];
+/// Those that ask whether the gyro may have clipped without a word.
+const CLIPPING: &[KindWord] = &[Augmented, Tested, Bank, Live];
 const TESTING: &[KindWord] = &[Tested, Live];
 const SWITCHING: &[KindWord] = &[Live];
-const EVERY: &[KindWord] = &[Integration, Rotation, Torsion, Augmented, Tested, Bank, Live];
+/// Those that are told of the body.
+const SWINGING: &[KindWord] = &[Live, ThreeAxis];
+const THREE_AXES: &[KindWord] = &[ThreeAxis];
+const EVERY: &[KindWord] =
+    &[Integration, Rotation, Torsion, Augmented, Tested, Bank, Live, ThreeAxis];
 
-const KEYS: [(&str, &[KindWord]); 38] = [
+const KEYS: [(&str, &[KindWord]); 39] = [
     ("name", EVERY),
     ("kind", EVERY),
     ("run_as", EVERY),
@@ -54,8 +62,8 @@ const KEYS: [(&str, &[KindWord]); 38] = [
     ("bias_sigma_deg_h", LEARNING),
     ("bias_walk_deg2_s3", LEARNING),
     ("scale_factor_sigma_percent", LEARNING),
-    ("gyro_range_deg_s", LEARNING),
-    ("gyro_range_margin_deg_s", LEARNING),
+    ("gyro_range_deg_s", CLIPPING),
+    ("gyro_range_margin_deg_s", CLIPPING),
     ("test_false_alarms", TESTING),
     ("test_horizon_samples", TESTING),
     ("test_kick_floor_deg_s", TESTING),
@@ -63,15 +71,16 @@ const KEYS: [(&str, &[KindWord]); 38] = [
     ("gyro_raw_sigma_deg_s", SWITCHING),
     ("swing_max_deg", SWITCHING),
     ("fit_work_per_sample", SWITCHING),
-    ("body_mass_kg", SWITCHING),
-    ("body_com_depth_m", SWITCHING),
-    ("body_inertia_kg_m2", SWITCHING),
-    ("body_inertia_sigma_percent", SWITCHING),
-    ("body_swing_damping_1_s", SWITCHING),
-    ("body_swing_damping_sigma_percent", SWITCHING),
-    ("gravity_m_s2", SWITCHING),
-    ("input_axis_deg", SWITCHING),
+    ("body_mass_kg", SWINGING),
+    ("body_com_depth_m", SWINGING),
+    ("body_inertia_kg_m2", SWINGING),
+    ("body_inertia_sigma_percent", SWINGING),
+    ("body_swing_damping_1_s", SWINGING),
+    ("body_swing_damping_sigma_percent", SWINGING),
+    ("gravity_m_s2", SWINGING),
+    ("input_axis_deg", SWINGING),
     ("input_axis_sigma_deg", SWITCHING),
+    ("swing_sigma_start_deg", THREE_AXES),
 ];
 
 /// Refuses what is no key at all.

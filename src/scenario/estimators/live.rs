@@ -6,7 +6,9 @@
 
 use super::Sampling;
 use super::augmented::{self, Numbers};
-use struna_estimator::{AugmentedConfig, InputAxis, LiveConfig, Quantiser, SwingBody, SwingConfig};
+use struna_estimator::{
+    AugmentedConfig, InputAxis, LiveConfig, Quantiser, StartPrior, SwingBody, SwingConfig,
+};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table, Value};
 
@@ -74,6 +76,29 @@ fn quantiser(
 
 /// The body and the gyro on it, as declared.
 fn swing(table: &Table<'_>, torsion: &AugmentedConfig) -> Result<SwingConfig> {
+    let [towards_x, towards_y] = table.required("input_axis_deg")?.pair()?;
+    let axis = InputAxis {
+        tilt_b_rad: tilt_b_rad([&towards_x, &towards_y])?,
+        tilt_sigma_rad: table.required("input_axis_sigma_deg")?.not_negative()? * RAD_PER_DEG,
+    };
+    let r = torsion.measurement_variance_rad2_s2;
+    with_body(table, axis, torsion.start, r)
+}
+
+/// How far the input axis leans towards the body's x and y axes, as sines.
+pub(super) fn tilt_b_rad(leaning_deg: [&Value<'_>; 2]) -> Result<[f64; 2]> {
+    let [towards_x, towards_y] = leaning_deg;
+    let sine = |value: &Value<'_>| -> Result<f64> { Ok((value.number()? * RAD_PER_DEG).sin()) };
+    Ok([sine(towards_x)?, sine(towards_y)?])
+}
+
+/// The body as declared, in a quiet laboratory.
+pub(super) fn with_body(
+    table: &Table<'_>,
+    axis: InputAxis,
+    start: StartPrior,
+    measurement_variance_rad2_s2: f64,
+) -> Result<SwingConfig> {
     let numbers = Numbers(table);
     let moments = table.required("body_inertia_kg_m2")?;
     let expected = "three moments of inertia, about x, y and the axis of the twist";
@@ -89,16 +114,7 @@ fn swing(table: &Table<'_>, torsion: &AugmentedConfig) -> Result<SwingConfig> {
         },
         swing_damping_1_s: table.required("body_swing_damping_1_s")?.not_negative()?,
     };
-    let [towards_x, towards_y] = table.required("input_axis_deg")?.pair()?;
-    let axis = InputAxis {
-        tilt_b_rad: [
-            (towards_x.number()? * RAD_PER_DEG).sin(),
-            (towards_y.number()? * RAD_PER_DEG).sin(),
-        ],
-        tilt_sigma_rad: table.required("input_axis_sigma_deg")?.not_negative()? * RAD_PER_DEG,
-    };
-    let r = torsion.measurement_variance_rad2_s2;
-    let quiet = SwingConfig::quiet(body, axis, torsion.start, r);
+    let quiet = SwingConfig::quiet(body, axis, start, measurement_variance_rad2_s2);
     let (inertia, damping) = (quiet.inertia_sigma, quiet.swing_damping_sigma);
     Ok(SwingConfig {
         inertia_sigma: numbers.not_negative("body_inertia_sigma_percent", 0.01, inertia)?,

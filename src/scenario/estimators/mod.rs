@@ -3,6 +3,9 @@
 mod augmented;
 mod keys;
 mod live;
+mod three_axes;
+
+pub use three_axes::ThreeAxisPlan;
 
 use keys::KindWord;
 use std::collections::BTreeSet;
@@ -10,9 +13,13 @@ use std::path::{Path, PathBuf};
 use struna_estimator::{
     AugmentedConfig, FilterConfig, InnovationTest, LiveConfig, Reading, Refinement,
 };
+use struna_harness::cross_rate_fields;
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
+use struna_wire::FrameSpec;
 
+/// A shipped layout that carries three rates.
+const TRIAD_FRAME: &str = "struna/vg910d-triad@1";
 const RAD2_PER_DEG2: f64 = RAD_PER_DEG * RAD_PER_DEG;
 
 /// One estimator of a scenario.
@@ -53,6 +60,8 @@ pub enum EstimatorKind {
     HysteresisBank(AugmentedConfig),
     /// What switches between filters as a live rig demands.
     Live(Box<LiveConfig>),
+    /// Kalman filter of a swinging body watched by gyros about three axes.
+    ThreeAxisSwing(Box<ThreeAxisPlan>),
 }
 
 /// How the rates come that estimators are given.
@@ -111,6 +120,31 @@ pub(super) fn estimators(
     Ok(plans)
 }
 
+/// Refuses estimators of three rates beside a frame that carries fewer.
+pub(super) fn check_axes(root: &Table<'_>, frame: &FrameSpec) -> Result<()> {
+    if cross_rate_fields(frame).is_some() {
+        return Ok(());
+    }
+    for table in root.tables("estimator", super::ESTIMATORS_MAX)? {
+        let kind = table.required("kind")?;
+        if kind.word(&keys::WORDS)? == KindWord::ThreeAxis {
+            return Err(kind.because(one_rate(frame)));
+        }
+    }
+    Ok(())
+}
+
+/// Why an estimator of three rates cannot go with `frame`, and what to do.
+#[must_use]
+pub fn one_rate(frame: &FrameSpec) -> String {
+    format!(
+        "it takes the rates `rate_x`, `rate_y` and `rate` and frame layout '{}' does not carry \
+         them; set the frame to \"{TRIAD_FRAME}\" or to a file with all three, or choose another \
+         kind of estimator",
+        frame.name()
+    )
+}
+
 fn estimator(table: &Table<'_>, folder: &Path, sampling: Sampling) -> Result<EstimatorPlan> {
     keys::refuse_unknown(table)?;
     let word = table.required("kind")?.word(&keys::WORDS)?;
@@ -129,6 +163,7 @@ fn estimator(table: &Table<'_>, folder: &Path, sampling: Sampling) -> Result<Est
         },
         KindWord::Bank => EstimatorKind::HysteresisBank(augmented::config(table, sampling)?),
         KindWord::Live => EstimatorKind::Live(Box::new(live::config(table, sampling)?)),
+        KindWord::ThreeAxis => EstimatorKind::ThreeAxisSwing(Box::new(three_axes::plan(table)?)),
     };
     Ok(EstimatorPlan { name: name(table)?, kind, run_as: run_as(table, word, folder)? })
 }
@@ -151,8 +186,13 @@ fn run_as(table: &Table<'_>, kind: KindWord, folder: &Path) -> Result<RunAs> {
         ("fmi3", Place::Fmi3),
         ("fmu-file", Place::File),
     ])?;
-    if kind == KindWord::Integration && !matches!(place, Place::InProcess) {
-        return Err(value.out_of_range("\"in-process\": plain integration is no FMU"));
+    let no_fmu = match kind {
+        KindWord::Integration => Some("plain integration is no FMU"),
+        KindWord::ThreeAxis => Some("an FMU here is given one rate, and this filter takes three"),
+        _ => None,
+    };
+    if let (Some(reason), false) = (no_fmu, matches!(place, Place::InProcess)) {
+        return Err(value.out_of_range(format!("\"in-process\": {reason}")));
     }
     let file = table.optional("fmu_file");
     match (place, file) {

@@ -8,10 +8,10 @@ pub use event::{Gap, GapCause, Guess, LiveEvent, Sighting};
 pub use listen::{Ended, Listening, listen};
 pub use source::{ByteSource, HostClock, SourceRead};
 
+use crate::axes::CrossRates;
 use crate::clock::{
     Basis, Heard, Observed, Resolved, Resolver, SampleClock, Skew, TimeBase, TimeBaseSettings,
 };
-use crate::axes::CrossRates;
 use crate::pipeline::Devices;
 use crate::{Averager, AveragerError, DeviceUnderTest, GyroChannel, Measured, PipelineError};
 use struna_kernel::{AngleEstimate, RateSample, SampleGrid, SimTime, TimeError};
