@@ -59,7 +59,7 @@ fn a_frame_of_one_rate_is_refused_with_the_estimator_and_the_remedy() {
         assert!(said.contains(part), "{part} not in: {said}");
     }
     // The other one reads the same rate from either.
-    let estimators = vec!["torsion".to_owned()];
-    let setup = Setup { estimators, ..Setup::new(Some(one_rate), Some(scenario())) };
+    let mut setup = Setup::new(Some(one_rate), Some(scenario()));
+    setup.estimators = vec!["torsion".to_owned()];
     assert_eq!(setup.plan().unwrap().estimators.len(), 1);
 }

@@ -126,3 +126,71 @@ fn merge(flags: &mut ReadingFlags, reading: &GyroReading) {
     flags.over_range |= reading.flags.over_range;
     flags.warm_up |= reading.flags.warm_up;
 }
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "numbers are passed on, not computed")]
+mod tests {
+    use super::*;
+    use crate::{MotionSource, Recording};
+    use struna_gyro::preset;
+    use struna_kernel::{RAD_PER_DEG, Seed};
+
+    const TRIAD: &str = include_str!("../../../frames/vg910d-triad.toml");
+
+    fn fields(text: &str) -> Option<[usize; 2]> {
+        cross_rate_fields(&FrameSpec::from_toml(text).unwrap())
+    }
+
+    #[test]
+    fn a_triad_has_both_rates_beside_the_main_one_and_as_rates() {
+        assert_eq!(fields(TRIAD), Some([0, 1]));
+        assert_eq!(fields(include_str!("../../../frames/vg910d.toml")), None);
+        assert_eq!(fields(&TRIAD.replacen("\"rate_y\"", "\"roll\"", 1)), None);
+        assert_eq!(fields(&TRIAD.replacen("unit = \"deg/s\"", "unit = \"counts\"", 1)), None);
+        assert_eq!(fields(&TRIAD.replacen("\"rate\"", "\"yaw\"", 1)), None);
+    }
+
+    #[test]
+    fn a_rate_that_only_some_frames_carry_makes_no_triad() {
+        let of_all = include_str!("../../../frames/adis16100.toml");
+        // What the two analog inputs are, in frames of their own.
+        let named = of_all.replacen("\"ain1\"", "\"rate_x\"", 1);
+        let named =
+            named.replacen("\"ain2\"", "\"rate_y\"", 1).replace("unit = \"V\"", "unit = \"deg/s\"");
+        assert_eq!(fields(&named), None);
+    }
+
+    #[test]
+    fn each_gyro_feels_the_force_along_its_own_axes() {
+        let main = GyroInput { specific_force_s_m_s2: [1.0, 2.0, 3.0], ..GyroInput::from(0.5) };
+        let [x, y] = [0, 1].map(|axis| turned(&main, 0.25, axis));
+        // The third is the gyro's own input axis.
+        assert_eq!(x.specific_force_s_m_s2, [2.0, 3.0, 1.0]);
+        assert_eq!(y.specific_force_s_m_s2, [3.0, 1.0, 2.0]);
+        assert_eq!((x.rate_rad_s, x.temperature_deg_c), (0.25, main.temperature_deg_c));
+    }
+
+    #[test]
+    fn a_frame_that_counts_otherwise_about_one_axis_is_refused() {
+        let gyro = Gyro::new(preset::vg910d(), Seed(1), 0).unwrap();
+        let of = |text: &str| CrossGyros::find(&FrameSpec::from_toml(text).unwrap(), &gyro);
+        assert!(of(TRIAD).unwrap().is_some());
+        // The first field of the file is `rate_x`.
+        let coarse = TRIAD.replacen("scale = 3.0517578125e-5", "scale = 1e-4", 1);
+        let Err(EmulatorError::ScaleMismatch { frame_rad_s, .. }) = of(&coarse) else {
+            panic!("{coarse} was taken")
+        };
+        assert_eq!(frame_rad_s, 1e-4 * RAD_PER_DEG);
+    }
+
+    #[test]
+    fn a_source_of_one_axis_cannot_feed_three_gyros() {
+        let gyro = Gyro::new(preset::vg910d(), Seed(1), 0).unwrap();
+        let spec = FrameSpec::from_toml(TRIAD).unwrap();
+        let mut cross = CrossGyros::find(&spec, &gyro).unwrap().unwrap();
+        let mut source = Recording::new(&[0.0, 1.0], &[0.0; 2]).unwrap();
+        assert_eq!(source.cross_axes_at(SimTime::ZERO), Ok(None));
+        let refused = cross.begin(&mut source, SimTime::ZERO);
+        assert!(matches!(refused, Err(EmulatorError::OneAxis { .. })), "{refused:?}");
+    }
+}

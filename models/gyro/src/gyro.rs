@@ -269,6 +269,32 @@ mod tests {
     }
 
     #[test]
+    fn gyros_about_other_axes_draw_everything_anew_and_the_first_as_ever() {
+        let mut main = Gyro::new(crate::preset::vg910d(), Seed(3), 5).unwrap();
+        let mut axes = [0, 1, 2].map(|axis| main.about_axis(axis));
+        let biases = axes.each_ref().map(|gyro| gyro.bias_rad_s().to_bits());
+        assert_eq!(biases[0], main.bias_rad_s().to_bits());
+        assert!(biases[1] != biases[0] && biases[2] != biases[0] && biases[1] != biases[2]);
+        let mut same = [[0; 3]; 3];
+        for _ in 0..1000 {
+            let of_main = main.sample(0.1);
+            let of_axes = axes.each_mut().map(|gyro| gyro.sample(0.1));
+            assert_eq!(of_axes[0], of_main);
+            for (a, row) in same.iter_mut().enumerate() {
+                for (b, count) in row.iter_mut().enumerate() {
+                    *count += u32::from(of_axes[a].counts == of_axes[b].counts);
+                }
+            }
+        }
+        // Noise of 665 counts: one sample in 2400 agrees by chance.
+        for (a, row) in same.iter().enumerate() {
+            for (b, count) in row.iter().enumerate() {
+                assert!(if a == b { *count == 1000 } else { *count < 10 }, "{a} {b}: {count}");
+            }
+        }
+    }
+
+    #[test]
     fn one_number_that_is_none_spoils_a_reading_of_a_gyro_that_feels_nothing_of_it() {
         let mut gyro = Gyro::new(GyroParams::exact(100.0, 1.0, 1e-3, 2000), Seed(1), 0).unwrap();
         let sound = GyroInput::from(0.1);
