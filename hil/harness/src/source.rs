@@ -1,7 +1,7 @@
 //! Where the motion comes from: the body model, or a recording.
 
 use struna_body::{BodyError, Mounting, TruthMotion};
-use struna_kernel::{BodyMotion, SimTime};
+use struna_kernel::SimTime;
 
 /// The motion at one instant, as far as its source knows it.
 ///
@@ -92,14 +92,14 @@ pub struct BodySource {
 
 impl MotionSource for BodySource {
     fn reference_at(&mut self, time: SimTime) -> Result<Reference, SourceError> {
-        let motion = self.truth.motion_at(time)?;
+        let motion = self.truth.mounted_at(time, &self.mounting)?;
         Ok(Reference {
             time,
-            input_angle_rad: self.mounting.angle_rad(&motion),
-            input_rate_rad_s: self.mounting.rate_rad_s(&motion),
-            specific_force_s_m_s2: Some(self.specific_force_s_m_s2(&motion)),
+            input_angle_rad: motion.input_angle_rad,
+            input_rate_rad_s: motion.input_rate_rad_s,
+            specific_force_s_m_s2: Some(motion.specific_force_s_m_s2),
             spin_rad: motion.spin_rad,
-            rate_rad_s: motion.omega_wb_b_rad_s.z,
+            rate_rad_s: motion.rate_rad_s,
             twist_rad: Some(motion.twist_rad),
             twist_rate_rad_s: Some(motion.twist_rate_rad_s),
         })
@@ -112,16 +112,6 @@ impl MotionSource for BodySource {
             angles_rad: [x_b, y_b].map(|axis_b| axis_b.dot(&motion.inertial_angle_b_rad)),
             rates_rad_s: [x_b, y_b].map(|axis_b| axis_b.dot(&motion.omega_ib_b_rad_s)),
         }))
-    }
-}
-
-impl BodySource {
-    /// Specific force at the gyro along the axes of its case.
-    fn specific_force_s_m_s2(&self, motion: &BodyMotion) -> [f64; 3] {
-        let body = self.truth.body();
-        let (suspension_b_m, gravity_m_s2) = (body.suspension_b_m(), body.params().gravity_m_s2);
-        let force_b = self.mounting.specific_force_b_m_s2(motion, &suspension_b_m, gravity_m_s2);
-        self.mounting.case_axes_b().map(|axis_b| force_b.dot(&axis_b))
     }
 }
 

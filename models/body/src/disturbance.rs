@@ -110,14 +110,57 @@ impl Disturbances {
 pub(crate) struct Timeline {
     grid: SampleGrid,
     /// Cells matter only when something lives on them.
-    noise: Option<(Vector3<f64>, AddressedRandom)>,
+    noise: Option<Noise>,
     poisson: Option<Poisson>,
     /// Given impulses in the order of time.
     impulses: Vec<Impulse>,
     next_impulse: usize,
     cell: u64,
+    /// Where the current cell ends, if cells matter; kept, for a grid divides to find it.
+    cell_end: Option<SimTime>,
     /// See [`Self::next_change`]; kept, for it is asked for with every sample.
     next_change: Option<SimTime>,
+}
+
+/// Cells whose numbers are drawn at once.
+const CELLS: usize = 16;
+const AXES: usize = 3;
+
+/// The torques of the cells.
+#[derive(Debug, Clone)]
+struct Noise {
+    sigma_b_n_m: Vector3<f64>,
+    random: AddressedRandom,
+    /// Number of the block of cells held, none before the first reading, and the normal numbers
+    /// of its cells, one for each axis.
+    block: Option<u64>,
+    normals: [f64; CELLS * AXES],
+}
+
+impl Noise {
+    fn new(sigma_b_n_m: Vector3<f64>, random: AddressedRandom) -> Self {
+        Self { sigma_b_n_m, random, block: None, normals: [0.0; CELLS * AXES] }
+    }
+
+    /// Torque held on `cell`, body components, N·m.
+    #[inline]
+    fn of(&mut self, cell: u64) -> Vector3<f64> {
+        let block = cell / CELLS as u64;
+        if self.block != Some(block) {
+            self.read_block(block);
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "the remainder is below CELLS")]
+        let first = AXES * (cell % CELLS as u64) as usize;
+        let [x, y, z] = [0, 1, 2].map(|axis| self.normals[first + axis]);
+        Vector3::new(x, y, z).component_mul(&self.sigma_b_n_m)
+    }
+
+    #[inline(never)]
+    fn read_block(&mut self, block: u64) {
+        let first = (CELLS * AXES) as u64 * block;
+        self.random.fill_standard_normal(first, &mut self.normals);
+        self.block = Some(block);
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -136,7 +179,7 @@ impl Timeline {
         let noise = d.noise.map(|noise| {
             // Variance S/Δ on each cell: the integral over a second then has variance S.
             let sigma = Vector3::from(noise.density_b_n_m_sqrt_hz) / grid.period_s().sqrt();
-            (sigma, random(Channel::TorqueNoise))
+            Noise::new(sigma, random(Channel::TorqueNoise))
         });
         let poisson = d.poisson.map(|poisson| Poisson {
             probability: 1.0 - libm::exp(-poisson.rate_hz * grid.period_s()),
@@ -146,37 +189,37 @@ impl Timeline {
         });
         let mut impulses = d.impulses.clone();
         impulses.sort_by_key(|impulse| impulse.time);
-        let (next_impulse, cell, next_change) = (0, 0, None);
-        let timeline = Self { grid, noise, poisson, impulses, next_impulse, cell, next_change };
-        Ok(Self { next_change: timeline.change_ahead(), ..timeline })
+        let cells_matter = noise.is_some() || poisson.is_some();
+        let cell_end = cells_matter.then(|| grid.time_of(1));
+        let first = impulses.first().map(|impulse| impulse.time);
+        let next_change = earlier(cell_end, first);
+        let (next_impulse, cell) = (0, 0);
+        Ok(Self { grid, noise, poisson, impulses, next_impulse, cell, cell_end, next_change })
     }
 
     /// The next instant at which something changes.
+    #[inline]
     pub(crate) fn next_change(&self) -> Option<SimTime> {
         self.next_change
     }
 
-    fn change_ahead(&self) -> Option<SimTime> {
-        let cells_matter = self.noise.is_some() || self.poisson.is_some();
-        let cell = cells_matter.then(|| self.grid.time_of(self.cell + 1));
-        let impulse = self.impulses.get(self.next_impulse).map(|impulse| impulse.time);
-        cell.into_iter().chain(impulse).min()
-    }
-
     /// Passes `now`, which [`Self::next_change`] gave, and gives the impulses that act then.
+    #[inline]
     pub(crate) fn pass(&mut self, now: SimTime) -> Vec<Impulse> {
         let mut acting = Vec::new();
         while let Some(impulse) = self.impulses.get(self.next_impulse).filter(|i| i.time <= now) {
             acting.push(*impulse);
             self.next_impulse += 1;
         }
-        if (self.noise.is_some() || self.poisson.is_some())
-            && self.grid.time_of(self.cell + 1) <= now
-        {
+        if self.cell_end.is_some_and(|end| end <= now) {
             self.cell += 1;
-            acting.extend(self.random_impulse(self.cell));
+            self.cell_end = Some(self.grid.time_of(self.cell + 1));
+            if self.poisson.is_some() {
+                acting.extend(self.random_impulse(self.cell));
+            }
         }
-        self.next_change = self.change_ahead();
+        let impulse = self.impulses.get(self.next_impulse).map(|impulse| impulse.time);
+        self.next_change = earlier(self.cell_end, impulse);
         acting
     }
 
@@ -197,7 +240,7 @@ impl Timeline {
 
     fn noise_of(&mut self, cell: u64) -> Vector3<f64> {
         match &mut self.noise {
-            Some((sigma, random)) => normals(random, cell).component_mul(sigma),
+            Some(noise) => noise.of(cell),
             None => Vector3::zeros(),
         }
     }
@@ -219,6 +262,15 @@ impl Timeline {
     }
 }
 
+/// The earlier of two instants, where there are any.
+#[inline]
+fn earlier(a: Option<SimTime>, b: Option<SimTime>) -> Option<SimTime> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}
+
 /// Three standard normal numbers of a cell, one for each axis.
 fn normals(random: &mut AddressedRandom, cell: u64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| random.standard_normal(3 * cell + axis as u64))
@@ -236,6 +288,22 @@ mod tests {
     fn noisy(grid_hz: f64) -> Disturbances {
         let noise = Some(TorqueNoise { density_b_n_m_sqrt_hz: [1e-3, 2e-3, 0.0] });
         Disturbances { seed: Seed(3), grid_hz, noise, ..Disturbances::default() }
+    }
+
+    #[test]
+    fn a_cell_holds_the_numbers_of_its_addresses_in_whatever_order_it_is_asked_for() {
+        let mut timeline = timeline(&noisy(100.0));
+        let mut random = AddressedRandom::new(Seed(3), Channel::TorqueNoise, 0);
+        let sigma_n_m = [1e-3, 2e-3, 0.0].map(|density: f64| density / 0.1);
+        for cell in [0, 1, 15, 16, 17, 1000, 3, 31, 16] {
+            let torque = timeline.noise_of(cell);
+            for (axis, sigma_n_m) in (0..3).zip(sigma_n_m) {
+                let expected = sigma_n_m * random.standard_normal(3 * cell + axis as u64);
+                // The root of the period and one product.
+                let off = (torque[axis] - expected).abs();
+                assert!(off <= 4.0 * f64::EPSILON * expected.abs(), "cell {cell}, axis {axis}");
+            }
+        }
     }
 
     proptest! {

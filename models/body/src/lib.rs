@@ -51,7 +51,7 @@ pub use disturbance::{DISTURBANCE_GRID_HZ, Disturbances, Impulse, PoissonImpulse
 pub use error::{BodyError, Posture, Stop, StopReason};
 pub use lagrange::{BodyEquations, FULL_STATES, FullEquations, STATES, TILT_MAX_RAD};
 pub use motion::{Backend, Integrator, TruthMotion};
-pub use mounting::Mounting;
+pub use mounting::{MountedMotion, Mounting};
 pub use params::{Body, BodyParams, Torsion, TorsionDamping, TorsionStiffness};
 pub use rapier::RapierMotion;
 pub use rig::{EARTH_RATE_RAD_S, Rig, earth_rate_w_rad_s};

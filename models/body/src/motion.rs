@@ -2,7 +2,7 @@
 
 use crate::disturbance::Timeline;
 use crate::lagrange::{BodyEquations, FULL_STATES, FullEquations, Lagrange, STATES};
-use crate::{Body, BodyError, RapierMotion, Rig, StartState};
+use crate::{Body, BodyError, MountedMotion, Mounting, RapierMotion, Rig, StartState};
 use nalgebra::Vector3;
 use std::fmt;
 use struna_kernel::{BodyMotion, Bound, SimTime};
@@ -90,14 +90,6 @@ impl Mechanics {
         Ok(Self::Full(Box::new(Lagrange::new(form, states, integrator, timeline)?)))
     }
 
-    fn motion_at(&mut self, time: SimTime) -> Result<BodyMotion, BodyError> {
-        match self {
-            Self::Plain(plain) => plain.motion_at(time),
-            Self::Full(full) => full.motion_at(time),
-            Self::Rapier(rapier) => rapier.motion_at(time),
-        }
-    }
-
     fn set_torque(&mut self, torque_b_n_m: Vector3<f64>) -> Result<(), BodyError> {
         match self {
             Self::Plain(plain) => plain.set_torque(torque_b_n_m),
@@ -176,9 +168,45 @@ impl TruthMotion {
         if time < self.reached {
             return Err(BodyError::TimeReversal { asked: time, reached: self.reached });
         }
-        let motion = self.mechanics.motion_at(time)?;
-        self.reached = time;
-        Ok(motion)
+        // A motion is large, and asked for with every sample: it is made where it is returned.
+        match &mut self.mechanics {
+            Mechanics::Plain(plain) => {
+                plain.carry_to(time)?;
+                self.reached = time;
+                Ok(plain.motion())
+            }
+            Mechanics::Full(full) => {
+                full.carry_to(time)?;
+                self.reached = time;
+                Ok(full.motion())
+            }
+            Mechanics::Rapier(rapier) => {
+                let motion = rapier.motion_at(time)?;
+                self.reached = time;
+                Ok(motion)
+            }
+        }
+    }
+
+    /// What a gyro in `mounting` has of the motion at `time`: [`Self::motion_at`] at a lower price,
+    /// for those who ask with every sample.
+    ///
+    /// # Errors
+    /// As [`Self::motion_at`].
+    pub fn mounted_at(
+        &mut self,
+        time: SimTime,
+        mounting: &Mounting,
+    ) -> Result<MountedMotion, BodyError> {
+        if let Mechanics::Plain(plain) = &mut self.mechanics
+            && time >= self.reached
+        {
+            plain.carry_to(time)?;
+            self.reached = time;
+            return Ok(plain.mounted(mounting));
+        }
+        let motion = self.motion_at(time)?;
+        Ok(mounting.mounted(&motion, &self.rig.body))
     }
 
     /// Applies a torque in body components from the last answered instant on, until changed.

@@ -40,6 +40,7 @@ pub use fast::{FastEquations, FastMotion};
 pub use params::{BatchBody, NoiseGrid, SlipElement};
 pub use step::{FAST_STATES, SLIP_ELEMENTS_MAX};
 pub use vector::Level;
+pub(crate) use vector::{Work, done_fast};
 
 use crate::BodyError;
 use block::{Block, LaneState, Segment};

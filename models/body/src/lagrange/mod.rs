@@ -76,10 +76,20 @@ impl<const N: usize> Stepper<N> {
         })
     }
 
-    fn state_at<R: Rhs<N>>(&mut self, rhs: &R, time_s: f64) -> Result<[f64; N], OdeError<N>> {
+    /// The states at `time_s` into `states`, which an error leaves alone.
+    #[inline]
+    fn carry<R: Rhs<N>>(
+        &mut self,
+        rhs: &R,
+        time_s: f64,
+        states: &mut [f64; N],
+    ) -> Result<(), OdeError<N>> {
         match self {
-            Self::Rk4(walk) => walk.state_at(rhs, time_s),
-            Self::Dop853(run) => run.state_at(rhs, time_s),
+            Self::Rk4(walk) => walk.carry(rhs, time_s, states),
+            Self::Dop853(run) => {
+                *states = run.state_at(rhs, time_s)?;
+                Ok(())
+            }
         }
     }
 
@@ -125,16 +135,22 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         Ok(Self { form, integrator, stepper, origin, reached, states, timeline, torque_b_n_m })
     }
 
-    /// The motion at `time`. What acts at this very instant does not show yet.
-    pub(crate) fn motion_at(&mut self, time: SimTime) -> Result<BodyMotion, BodyError> {
+    /// Carries the motion to `time`. What acts at this very instant does not show yet.
+    #[inline]
+    pub(crate) fn carry_to(&mut self, time: SimTime) -> Result<(), BodyError> {
         while let Some(change) = self.timeline.next_change().filter(|change| *change < time) {
             self.advance(change)?;
             let impulses = self.timeline.pass(change);
             self.restart(&impulses)?;
         }
-        self.advance(time)?;
-        let elapsed_s = time.seconds_since(self.origin);
-        Ok(self.form.motion(time, elapsed_s, &self.states))
+        self.advance(time)
+    }
+
+    /// The motion at the instant reached.
+    #[inline]
+    pub(crate) fn motion(&self) -> BodyMotion {
+        let elapsed_s = self.reached.seconds_since(self.origin);
+        self.form.motion(self.reached, elapsed_s, &self.states)
     }
 
     /// Commands another torque from the instant reached on.
@@ -143,7 +159,8 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
         self.restart(&[])
     }
 
-    /// Carries the motion to `time`.
+    /// Carries the states to `time`, between changes of torque.
+    #[inline]
     fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
         // The states at an instant do not depend on how often it was asked for; and a sample at
         // the very border of two cells asks for it twice, at the price of a shortened step each.
@@ -151,28 +168,37 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
             return Ok(());
         }
         let elapsed_s = time.seconds_since(self.origin);
-        self.states = match self.stepper.state_at(&self.form, elapsed_s) {
-            Ok(states) => states,
-            Err(error) => {
-                self.short_of_limit(&error, elapsed_s).ok_or_else(|| self.explained(&error))?
-            }
-        };
+        if let Err(error) = self.stepper.carry(&self.form, elapsed_s, &mut self.states) {
+            self.states = self.despite(&error, elapsed_s)?;
+        }
         self.reached = time;
         Ok(())
+    }
+
+    /// The states at an instant that a failing step reaches nevertheless, or what stopped it.
+    #[cold]
+    fn despite(&self, error: &OdeError<N>, elapsed_s: f64) -> Result<[f64; N], BodyError> {
+        self.short_of_limit(error, elapsed_s).ok_or_else(|| self.explained(error))
     }
 
     /// Strikes the body and holds the torque of the timeline's cell from the instant reached on.
     /// The integration restarts there, so that no step spans the jump.
     fn restart(&mut self, impulses: &[Impulse]) -> Result<(), BodyError> {
-        let elapsed_s = self.reached.seconds_since(self.origin);
-        for impulse in impulses {
-            self.form.kick(elapsed_s, &mut self.states, impulse);
+        if !impulses.is_empty() {
+            let elapsed_s = self.reached.seconds_since(self.origin);
+            for impulse in impulses {
+                self.form.kick(elapsed_s, &mut self.states, impulse);
+            }
         }
         // The dense output leaves the manifold by its own error; a restart is a completed step.
         self.form.project(&mut self.states);
         self.origin = self.reached;
         let torque_b_n_m = self.torque_b_n_m + self.timeline.held_b_n_m();
         self.form.hold(self.origin.as_s(), torque_b_n_m);
+        if let Stepper::Rk4(walk) = &mut self.stepper {
+            walk.restart(&self.states);
+            return Ok(());
+        }
         let stepper = Stepper::start(self.integrator, self.states, self.form.step_max_s());
         self.stepper = stepper.map_err(|e| unusable(&e))?;
         Ok(())

@@ -1,8 +1,9 @@
 //! The plain equations: principal axes, infinite string, nothing else.
 
-use super::{Form, Posture};
+use super::{Form, Lagrange, Posture};
+use crate::mounting::MotionParts;
 use crate::ode::Rhs;
-use crate::{Body, Impulse, StartState};
+use crate::{Body, Impulse, MountedMotion, Mounting, StartState};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use struna_kernel::{BodyMotion, SimTime};
 
@@ -92,6 +93,27 @@ impl BodyEquations {
         let [w1, w2, w3] = start.omega_wb_b_rad_s;
         let twist = start.twist_rad;
         [q.w, q.i, q.j, q.k, w1, w2, w3, twist, twist, 0.0, 0.0]
+    }
+
+    /// What a gyro in `mounting` has of these states.
+    #[inline(always)]
+    fn mounted(&self, y: &[f64; STATES], mounting: &Mounting) -> MountedMotion {
+        let [qw, qx, qy, qz, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
+        let (acceleration, twist_rate_rad_s, pull_n_m) = self.accelerations(y);
+        let pull_m_s2 = pull_n_m / self.pendulum_n_m * self.gravity_m_s2;
+        let omega = Vector3::new(w1, w2, w3);
+        mounting.mounted_from(&MotionParts {
+            // Nothing but the string, which is vertical, holds the body.
+            com_force_b_m_s2: Vector3::from(vertical([qw, qx, qy, qz])) * pull_m_s2,
+            omega_wb_b_rad_s: omega,
+            omega_ib_b_rad_s: omega,
+            angular_acceleration_b_rad_s2: acceleration.into(),
+            angle_b_rad: Vector3::new(angle_1, angle_2, spin_rad - self.start_twist_rad),
+            suspension_b_m: Vector3::new(0.0, 0.0, self.depth_m),
+            spin_rad,
+            twist_rad,
+            twist_rate_rad_s,
+        })
     }
 
     /// 1/(1+γ₃) and 1/(1 + M d² u·J⁻¹u), divided early and independently of each other: a division
@@ -215,14 +237,16 @@ impl Form<STATES> for BodyEquations {
         self.pendulum_n_m / self.depth_m
     }
 
+    #[inline]
     fn motion(&self, time: SimTime, _time_s: f64, y: &[f64; STATES]) -> BodyMotion {
         let [qw, qx, qy, qz, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
         // The dense output leaves unit length by its own error, so normalise here as well.
         let q_wb = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
         let (acceleration, twist_rate_rad_s, pull_n_m) = self.accelerations(y);
         let omega = Vector3::new(w1, w2, w3);
-        let com_w_m = q_wb * Vector3::new(0.0, 0.0, -self.depth_m);
-        let com_rate_w_m_s = q_wb * omega.cross(&Vector3::new(0.0, 0.0, -self.depth_m));
+        // Only heights of the centre of mass follow from the attitude: R₃₃ = γ₃ and γ′₃ of the axis.
+        let [g1, g2, g3] = vertical([q_wb.w, q_wb.i, q_wb.j, q_wb.k]);
+        let (height_m, climb_m_s) = (-self.depth_m * g3, self.depth_m * (g2 * w1 - g1 * w2));
         let [x, y] = self.com_start_w_m;
         let [vx, vy] = self.com_velocity_w_m_s;
         let time_s = time.as_s();
@@ -237,18 +261,27 @@ impl Form<STATES> for BodyEquations {
             omega_ib_b_rad_s: omega,
             inertial_angle_b_rad: Vector3::new(angle_1, angle_2, spin_rad - self.start_twist_rad),
             angular_acceleration_b_rad_s2: acceleration.into(),
-            com_position_w_m: Vector3::new(x + vx * time_s, y + vy * time_s, com_w_m.z),
-            com_velocity_w_m_s: Vector3::new(vx, vy, com_rate_w_m_s.z),
+            com_position_w_m: Vector3::new(x + vx * time_s, y + vy * time_s, height_m),
+            com_velocity_w_m_s: Vector3::new(vx, vy, climb_m_s),
             com_acceleration_w_m_s2: Vector3::z() * (pull_m_s2 - self.gravity_m_s2),
         }
     }
 
+    #[inline]
     fn hold(&mut self, _origin_s: f64, torque_b_n_m: Vector3<f64>) {
         self.torque_n_m = torque_b_n_m.into();
     }
 
     /// The plain equations know no impulses: a rig that has some takes the full ones.
     fn kick(&self, _time_s: f64, _y: &mut [f64; STATES], _impulse: &Impulse) {}
+}
+
+impl Lagrange<STATES, BodyEquations> {
+    /// What a gyro in `mounting` has of the motion at the instant reached.
+    #[inline]
+    pub(crate) fn mounted(&self, mounting: &Mounting) -> MountedMotion {
+        self.form.mounted(&self.states, mounting)
+    }
 }
 
 #[cfg(test)]

@@ -100,6 +100,7 @@ pub enum OdeError<const N: usize> {
 }
 
 /// `value` if it lies in the range, else [`OdeError::Setting`]; NaN lies in no range.
+#[inline(always)]
 fn within<const N: usize>(
     name: &'static str,
     value: f64,
