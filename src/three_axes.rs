@@ -155,7 +155,7 @@ mod tests {
             gravity_m_s2: 9.81,
             swing_damping_1_s: 1e-3,
         };
-        let start = StartPrior::released(TAU, 120.0);
+        let start = StartPrior { angle_sigma_rad: 0.1, ..StartPrior::released(TAU, 120.0) };
         let axis = InputAxis { tilt_b_rad: [0.0; 2], tilt_sigma_rad: 0.0 };
         let sigma_rad_s = 0.01 * RAD_PER_DEG;
         let config = SwingConfig::quiet(body, axis, start, sigma_rad_s * sigma_rad_s);
