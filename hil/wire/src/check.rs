@@ -124,6 +124,14 @@ impl CheckSpec {
         self.place.write(value, frame);
     }
 
+    /// The value over the covered bytes alone, of a check that is linear in them.
+    pub(crate) fn of_covered(&self, covered: &[u8]) -> u32 {
+        match &self.algorithm {
+            Algorithm::Crc(crc) => crc.checksum(covered),
+            _ => u32::from(self.of_text(covered)),
+        }
+    }
+
     #[inline]
     fn covered<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[self.first..=self.last]

@@ -1,6 +1,7 @@
 //! From raw field values to bytes.
 
 use crate::field::When;
+use crate::plan::AnyPlan;
 use crate::{FrameSpec, Kind, MAX_CONTENT_LEN, kind};
 
 /// Why a frame was not encoded. Nothing was written and the counter did not move.
@@ -36,12 +37,16 @@ pub enum EncodeError {
 #[derive(Debug, Clone)]
 pub struct Encoder {
     spec: FrameSpec,
+    plan: Option<AnyPlan>,
     /// Least and greatest raw value of each field.
     limits: Vec<(i64, i64)>,
     /// Where frames are put together. Longer than any, so that each number in a frame has a whole
     /// word to be written in.
     content: Box<[u8; ROOM]>,
     next_index: u64,
+    /// `next_index` modulo that of the layout's counter, because a division is slow beside the
+    /// rest of a frame.
+    next_counter: u64,
 }
 
 /// The longest content and a word behind it.
@@ -58,7 +63,10 @@ impl Encoder {
     #[must_use]
     pub fn starting_at(spec: &FrameSpec, first_index: u64) -> Self {
         let limits = spec.fields.iter().map(|field| (field.raw_min(), field.raw_max())).collect();
-        Self { spec: spec.clone(), limits, content: Box::new([0; ROOM]), next_index: first_index }
+        let (spec, plan) = (spec.clone(), AnyPlan::of(spec));
+        let (content, next_index) = (Box::new([0; ROOM]), first_index);
+        let next_counter = next_index % spec.modulus();
+        Self { spec, plan, limits, content, next_index, next_counter }
     }
 
     /// Index of the next frame; the counter on the wire is this modulo the layout's modulus.
@@ -75,8 +83,25 @@ impl Encoder {
     /// [`EncodeError`] when `raw` does not fit the layout. Values are not saturated here:
     /// [`crate::FieldSpec::from_si`] and the gyro model do that, knowing why.
     pub fn encode(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
+        let counter = self.next_counter;
+        let planned = match &self.plan {
+            Some(AnyPlan::Short(plan)) => plan.emit(raw, counter, out),
+            Some(AnyPlan::Long(plan)) => plan.emit(raw, counter, out),
+            None => false,
+        };
+        if !planned {
+            self.encode_by_layout(raw, out)?;
+        }
+        self.next_index = self.next_index.wrapping_add(1);
+        let turns = counter + 1 == self.spec.modulus() || self.next_index == 0;
+        self.next_counter = if turns { 0 } else { counter + 1 };
+        Ok(())
+    }
+
+    /// The same for any layout, and for values of any kind; the counter stays.
+    fn encode_by_layout(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         self.refuse_unfit(raw)?;
-        let Self { spec, content, next_index, .. } = self;
+        let Self { spec, content, next_counter, .. } = self;
         content[..spec.len].fill(0);
         if !is_text(spec) {
             content[..spec.sync.len()].copy_from_slice(&spec.sync);
@@ -87,13 +112,12 @@ impl Encoder {
             }
         }
         if let Some(sequence) = &spec.sequence {
-            sequence.write(*next_index, &mut content[..]);
+            sequence.write(*next_counter, &mut content[..]);
         }
         if !is_text(spec) {
             spec.check.write(&mut content[..]);
         }
         kind::emit(spec, &content[..spec.len], out);
-        self.next_index = self.next_index.wrapping_add(1);
         Ok(())
     }
 

@@ -13,10 +13,10 @@ pub struct Frame {
     pub lost_before: u64,
     /// Whether it took a clock to tell `lost_before`.
     pub inferred: bool,
-    raw: [i64; MAX_FIELDS],
+    pub(crate) raw: [i64; MAX_FIELDS],
     field_count: usize,
-    has: u64,
-    flags: u64,
+    pub(crate) has: u64,
+    pub(crate) flags: u64,
 }
 
 impl Frame {
@@ -42,6 +42,12 @@ impl Frame {
         bit(self.flags, index)
     }
 
+    /// A frame of nothing, to be read into.
+    pub(crate) const fn blank(spec: &FrameSpec) -> Self {
+        let (raw, field_count) = ([0; MAX_FIELDS], spec.fields.len());
+        Self { index: 0, lost_before: 0, inferred: false, raw, field_count, has: 0, flags: 0 }
+    }
+
     /// Reads the fields out of a frame's content.
     #[inline]
     pub(crate) fn read(spec: &FrameSpec, content: &[u8]) -> Self {
@@ -63,8 +69,7 @@ impl Frame {
                 has &= !(u64::from(!bit(flags, flag)) << k);
             }
         }
-        let field_count = spec.fields.len();
-        Self { index: 0, lost_before: 0, inferred: false, raw, field_count, has, flags }
+        Self { raw, has, flags, ..Self::blank(spec) }
     }
 }
 

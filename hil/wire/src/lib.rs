@@ -44,6 +44,7 @@ mod lint;
 mod loss;
 mod parse;
 mod place;
+mod plan;
 mod sequence;
 mod spec;
 

@@ -37,6 +37,16 @@ impl SequenceTracker {
         Self { modulus, last: None, last_counter: 0 }
     }
 
+    /// Index and counter of the last frame, if there was one.
+    pub(crate) fn last(&self) -> Option<(u64, u64)> {
+        self.last.map(|index| (index, self.last_counter))
+    }
+
+    /// Frames have come one after the other up to this one.
+    pub(crate) const fn catch_up(&mut self, index: u64, counter: u64) {
+        (self.last, self.last_counter) = (Some(index), counter);
+    }
+
     /// Takes the counter of a good frame; `None` stands for frames without one, which are taken
     /// to follow each other unless the clock says otherwise.
     #[inline]

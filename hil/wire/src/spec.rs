@@ -116,8 +116,8 @@ impl SequenceSpec {
         self.place.read(frame)
     }
 
-    pub(crate) fn write(&self, index: u64, frame: &mut [u8]) {
-        self.place.write(index % self.modulus, frame);
+    pub(crate) fn write(&self, counter: u64, frame: &mut [u8]) {
+        self.place.write(counter, frame);
     }
 }
 
@@ -303,6 +303,12 @@ impl FrameSpec {
     #[must_use]
     pub const fn sequence(&self) -> Option<SequenceSpec> {
         self.sequence
+    }
+
+    /// The counter's modulus; without a counter all frames count zero.
+    #[inline]
+    pub(crate) fn modulus(&self) -> u64 {
+        self.sequence.map_or(1, |sequence| sequence.modulus)
     }
 
     /// What is credible of the rate, when the file says.

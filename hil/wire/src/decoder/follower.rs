@@ -3,11 +3,14 @@
 use super::counters::Counters;
 use super::judge::{Facts, Row, Verdict, is_credible, row, verdict};
 use crate::kind::{Cut, Cutter, Scratch};
+use crate::plan::{Plan, Word};
 use crate::sequence::{Arrival, SequenceTracker};
 use crate::{Frame, FrameSpec, LossResolver};
 
 /// Frames' length of bytes without a good frame after which the stream counts as lost.
 const ADRIFT_FRAMES: u64 = 5;
+/// Beyond this index frames are counted with care, lest the index overflow.
+const INDEX_MAX: u64 = u64::MAX / 2;
 
 /// Where the decoder stands in the stream, and what it has made of it.
 #[derive(Debug, Clone)]
@@ -43,7 +46,7 @@ impl Follower {
         Self {
             counters: Counters::default(),
             clock: None,
-            tracker: SequenceTracker::new(spec.sequence.map_or(1, |sequence| sequence.modulus)),
+            tracker: SequenceTracker::new(spec.modulus()),
             locked: false,
             adrift: 0,
             aligned: false,
@@ -68,6 +71,68 @@ impl Follower {
                 Some(done) => at += done,
                 None => break,
             }
+        }
+        at
+    }
+
+    /// As [`Self::scan`], for the first `filled` bytes of `window`: runs of frames in step are
+    /// taken by the `plan`, all else step by step.
+    #[inline]
+    pub(super) fn scan_planned<W: Word, C: Cutter>(
+        &mut self,
+        plan: &Plan<W>,
+        cutter: &C,
+        (window, filled): (&[u8], usize),
+        scratch: &mut Scratch,
+        sink: &mut impl FnMut(&Frame),
+    ) -> usize {
+        let mut at = 0;
+        while at < filled {
+            at += self.run_in_step(plan, (&window[at..], filled - at), sink);
+            if at < filled {
+                match self.step(cutter, &window[at..filled], scratch, sink) {
+                    Some(done) => at += done,
+                    None => break,
+                }
+            }
+        }
+        at
+    }
+
+    /// Takes frames from the front of `window`, of which `filled` bytes have come, as long as each
+    /// is the very next one: whole, in lock, right behind the one before in bytes and by counter.
+    /// Returns the bytes taken.
+    #[inline]
+    fn run_in_step<W: Word>(
+        &mut self,
+        plan: &Plan<W>,
+        (window, filled): (&[u8], usize),
+        sink: &mut impl FnMut(&Frame),
+    ) -> usize {
+        let Some((last_index, mut last_counter)) = self.tracker.last() else { return 0 };
+        let untold = self.clock.is_some() || self.spec.plausible.is_some();
+        if !self.locked || self.adrift > 0 || untold || last_index > INDEX_MAX {
+            return 0;
+        }
+        let mut frame = Frame::blank(&self.spec);
+        frame.index = last_index;
+        let mut at = 0;
+        while filled - at >= plan.len() {
+            let Some(front) = window[at..].first_chunk() else { break };
+            let counter = plan.counter_after(last_counter);
+            let Some(words) = plan.cut(front, counter) else { break };
+            plan.read(words, &mut frame);
+            frame.index += 1;
+            last_counter = counter;
+            at += plan.len();
+            sink(&frame);
+        }
+        if at > 0 {
+            self.aligned = true;
+            self.counters.frame_bytes += at as u64;
+            self.counters.ok += frame.index - last_index;
+            self.tracker.catch_up(frame.index, last_counter);
+            self.last_counter = self.spec.sequence.map(|_| last_counter);
         }
         at
     }

@@ -5,6 +5,7 @@ mod follower;
 mod judge;
 
 use crate::kind::{AnyCutter, Scratch};
+use crate::plan::{AnyPlan, WORD_LEN};
 use crate::{Frame, FrameSpec, LossResolver, MAX_CONTENT_LEN};
 pub use counters::Counters;
 use follower::Follower;
@@ -24,6 +25,8 @@ const WINDOW: usize = 4096;
 #[derive(Debug, Clone)]
 pub struct Decoder {
     cutter: AnyCutter,
+    plan: Option<AnyPlan>,
+    /// Bytes at hand, and room for a word behind them: a planned frame is read as a whole word.
     window: Box<[u8]>,
     filled: usize,
     scratch: Scratch,
@@ -36,7 +39,8 @@ impl Decoder {
     pub fn new(spec: FrameSpec) -> Self {
         Self {
             cutter: AnyCutter::of(&spec),
-            window: vec![0; WINDOW].into_boxed_slice(),
+            plan: AnyPlan::of(&spec),
+            window: vec![0; WINDOW + WORD_LEN].into_boxed_slice(),
             filled: 0,
             scratch: [0; MAX_CONTENT_LEN],
             follower: Follower::new(spec),
@@ -67,7 +71,7 @@ impl Decoder {
         let mut rest = bytes;
         while !rest.is_empty() {
             // Never empty: a scan leaves a few frames, far less than the window.
-            let room = &mut self.window[self.filled..];
+            let room = &mut self.window[self.filled..WINDOW];
             let (now, later) = rest.split_at(rest.len().min(room.len()));
             room[..now.len()].copy_from_slice(now);
             self.filled += now.len();
@@ -113,13 +117,19 @@ impl Decoder {
 
     /// Works through the window until more bytes are needed, and moves the rest to the front.
     fn scan(&mut self, sink: &mut impl FnMut(&Frame)) {
-        let Self { cutter, window, filled, scratch, follower } = self;
+        let Self { cutter, plan, window, filled, scratch, follower } = self;
         let bytes = &window[..*filled];
-        let done = match cutter {
-            AnyCutter::Fixed(cutter) => follower.scan(cutter, bytes, scratch, sink),
-            AnyCutter::Septet(cutter) => follower.scan(cutter, bytes, scratch, sink),
-            AnyCutter::Cobs(cutter) => follower.scan(cutter, bytes, scratch, sink),
-            AnyCutter::Line(cutter) => follower.scan(cutter, bytes, scratch, sink),
+        let done = match (cutter, plan) {
+            (AnyCutter::Fixed(cutter), Some(AnyPlan::Short(plan))) => {
+                follower.scan_planned(plan, cutter, (window, *filled), scratch, sink)
+            }
+            (AnyCutter::Fixed(cutter), Some(AnyPlan::Long(plan))) => {
+                follower.scan_planned(plan, cutter, (window, *filled), scratch, sink)
+            }
+            (AnyCutter::Fixed(cutter), None) => follower.scan(cutter, bytes, scratch, sink),
+            (AnyCutter::Septet(cutter), _) => follower.scan(cutter, bytes, scratch, sink),
+            (AnyCutter::Cobs(cutter), _) => follower.scan(cutter, bytes, scratch, sink),
+            (AnyCutter::Line(cutter), _) => follower.scan(cutter, bytes, scratch, sink),
         };
         window.copy_within(done..*filled, 0);
         *filled -= done;

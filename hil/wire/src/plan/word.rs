@@ -1,0 +1,67 @@
+//! Words that hold a whole frame.
+
+use std::ops::{BitAnd, BitOr, BitXor};
+
+/// Bytes of the largest word.
+pub(crate) const WORD_LEN: usize = 16;
+
+/// An unsigned word of eight or sixteen bytes.
+pub(crate) trait Word:
+    Copy + Default + PartialEq + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>
+{
+    /// Its bytes.
+    const LEN: usize;
+
+    /// At most `LEN` bytes, the first lowest, and zeros behind them.
+    fn of_little(bytes: &[u8]) -> Self;
+
+    /// The first `LEN` bytes, the first lowest and the first highest.
+    fn both(front: &[u8; WORD_LEN]) -> (Self, Self);
+
+    /// The inverse of both: the bytes of `little` and of `big`, one or the other, and zeros.
+    fn bytes(little: Self, big: Self) -> [u8; WORD_LEN];
+
+    /// The lowest 64 bits of those from `shift` on; `shift` is less than the bits there are.
+    fn low_from(self, shift: u32) -> u64;
+
+    /// The word with `bits` from `shift` on.
+    fn with_low(bits: u64, shift: u32) -> Self;
+}
+
+macro_rules! word {
+    ($word:ty) => {
+        impl Word for $word {
+            const LEN: usize = size_of::<$word>();
+
+            fn of_little(bytes: &[u8]) -> Self {
+                let byte = |word: Self, byte: &u8| (word << 8) | Self::from(*byte);
+                bytes.iter().rev().fold(0, byte)
+            }
+
+            #[inline(always)]
+            fn both(front: &[u8; WORD_LEN]) -> (Self, Self) {
+                let bytes = front.first_chunk().expect("no word is longer than the largest");
+                (Self::from_le_bytes(*bytes), Self::from_be_bytes(*bytes))
+            }
+
+            #[inline(always)]
+            fn bytes(little: Self, big: Self) -> [u8; WORD_LEN] {
+                u128::from(little | big.swap_bytes()).to_le_bytes()
+            }
+
+            #[inline(always)]
+            #[expect(clippy::cast_possible_truncation, reason = "the lowest 64 bits are asked for")]
+            fn low_from(self, shift: u32) -> u64 {
+                (self >> (shift % Self::BITS)) as u64
+            }
+
+            #[inline(always)]
+            fn with_low(bits: u64, shift: u32) -> Self {
+                Self::from(bits) << (shift % Self::BITS)
+            }
+        }
+    };
+}
+
+word!(u64);
+word!(u128);
