@@ -47,6 +47,7 @@ pub struct Encoder {
     /// `next_index` modulo that of the layout's counter, because a division is slow beside the
     /// rest of a frame.
     next_counter: u64,
+    modulus: u64,
 }
 
 /// The longest content and a word behind it.
@@ -65,8 +66,15 @@ impl Encoder {
         let limits = spec.fields.iter().map(|field| (field.raw_min(), field.raw_max())).collect();
         let (spec, plan) = (spec.clone(), AnyPlan::of(spec));
         let (content, next_index) = (Box::new([0; ROOM]), first_index);
-        let next_counter = next_index % spec.modulus();
-        Self { spec, plan, limits, content, next_index, next_counter }
+        let modulus = spec.modulus();
+        let next_counter = next_index % modulus;
+        Self { spec, plan, limits, content, next_index, next_counter, modulus }
+    }
+
+    /// The same encoder, asking the layout about everything.
+    #[cfg(test)]
+    pub(crate) fn without_plan(self) -> Self {
+        Self { plan: None, ..self }
     }
 
     /// Index of the next frame; the counter on the wire is this modulo the layout's modulus.
@@ -93,12 +101,13 @@ impl Encoder {
             self.encode_by_layout(raw, out)?;
         }
         self.next_index = self.next_index.wrapping_add(1);
-        let turns = counter + 1 == self.spec.modulus() || self.next_index == 0;
+        let turns = counter + 1 == self.modulus || self.next_index == 0;
         self.next_counter = if turns { 0 } else { counter + 1 };
         Ok(())
     }
 
     /// The same for any layout, and for values of any kind; the counter stays.
+    #[inline(never)]
     fn encode_by_layout(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         self.refuse_unfit(raw)?;
         let Self { spec, content, next_counter, .. } = self;

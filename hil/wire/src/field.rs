@@ -65,6 +65,7 @@ pub enum Unit {
 
 impl Unit {
     /// What one of these is in SI.
+    #[inline]
     const fn in_si(self) -> f64 {
         match self {
             Self::DegPerS | Self::Deg => PI / 180.0,
@@ -220,12 +221,14 @@ impl FieldSpec {
 
     /// SI units per raw count: rad/s for rates, °C for temperatures. Never zero; may be negative.
     #[must_use]
+    #[inline]
     pub const fn scale_si(&self) -> f64 {
         self.scale * self.unit.in_si()
     }
 
     /// The SI value of raw zero.
     #[must_use]
+    #[inline]
     pub const fn offset_si(&self) -> f64 {
         self.offset * self.unit.in_si()
     }
@@ -261,11 +264,13 @@ impl FieldSpec {
 
     /// The physical value of `raw`, in SI. Not clipped: what was measured is reported.
     #[must_use]
+    #[inline]
     pub fn to_si(&self, raw: i64) -> f64 {
         self.number(raw) * self.scale_si() + self.offset_si()
     }
 
     /// The number that `raw` stands for, before scaling.
+    #[inline]
     fn number(&self, raw: i64) -> f64 {
         match self.coding {
             #[expect(

@@ -23,6 +23,7 @@ impl Frame {
     /// Raw field values, indexed as [`FrameSpec::fields`]; zero for a field that this frame does
     /// not carry.
     #[must_use]
+    #[inline]
     pub fn raw(&self) -> &[i64] {
         &self.raw[..self.field_count]
     }
@@ -31,6 +32,7 @@ impl Frame {
     /// [`FrameSpec::fields`]: it carries the field, the flag that vouches for it is set, and a
     /// float is a number.
     #[must_use]
+    #[inline]
     pub fn has(&self, field_index: usize) -> bool {
         bit(self.has, field_index)
     }
@@ -38,11 +40,13 @@ impl Frame {
     /// Whether the status bit with this index in [`FrameSpec::flags`] is set; `false` for an
     /// index that the layout does not have.
     #[must_use]
+    #[inline]
     pub fn flag(&self, index: usize) -> bool {
         bit(self.flags, index)
     }
 
     /// A frame of nothing, to be read into.
+    #[inline]
     pub(crate) const fn blank(spec: &FrameSpec) -> Self {
         let (raw, field_count) = ([0; MAX_FIELDS], spec.fields.len());
         Self { index: 0, lost_before: 0, inferred: false, raw, field_count, has: 0, flags: 0 }

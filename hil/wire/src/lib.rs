@@ -31,6 +31,10 @@
 //! here: no port, no clock, and no frame file is embedded. Units change in [`FieldSpec`] and
 //! nowhere else.
 
+// Tests of its inner parts share the layouts of the tests outside, which name the crate.
+#[cfg(test)]
+extern crate self as struna_wire;
+
 mod check;
 mod crc;
 mod decoder;

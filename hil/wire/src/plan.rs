@@ -198,11 +198,14 @@ impl<W: Word> Plan<W> {
     pub(crate) fn read(&self, words: Words<W>, frame: &mut Frame) {
         let mut has = 0;
         for (k, field) in self.fields.iter().enumerate() {
-            let raw = (field.run.read(words) ^ field.flip).wrapping_sub(field.bias);
             // The deciding field stands earlier in the file.
-            let carried = field.is_carried(frame.raw[field.decider % MAX_FIELDS]);
-            frame.raw[k % MAX_FIELDS] = if carried { raw.cast_signed() } else { 0 };
-            has |= u64::from(carried & (raw & field.exponent != field.endless)) << k;
+            if !field.is_carried(frame.raw[field.decider % MAX_FIELDS]) {
+                frame.raw[k % MAX_FIELDS] = 0;
+                continue;
+            }
+            let raw = (field.run.read(words) ^ field.flip).wrapping_sub(field.bias);
+            frame.raw[k % MAX_FIELDS] = raw.cast_signed();
+            has |= u64::from(raw & field.exponent != field.endless) << k;
         }
         let mut flags = 0;
         for (k, flag) in self.flags.iter().enumerate() {
@@ -251,3 +254,6 @@ impl<W: Word> Plan<W> {
         Some(words)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -38,11 +38,13 @@ impl SequenceTracker {
     }
 
     /// Index and counter of the last frame, if there was one.
+    #[inline]
     pub(crate) fn last(&self) -> Option<(u64, u64)> {
         self.last.map(|index| (index, self.last_counter))
     }
 
     /// Frames have come one after the other up to this one.
+    #[inline]
     pub(crate) const fn catch_up(&mut self, index: u64, counter: u64) {
         (self.last, self.last_counter) = (Some(index), counter);
     }

@@ -47,6 +47,12 @@ impl Decoder {
         }
     }
 
+    /// The same decoder, asking the layout about everything.
+    #[cfg(test)]
+    pub(crate) fn without_plan(self) -> Self {
+        Self { plan: None, ..self }
+    }
+
     /// The layout.
     #[must_use]
     pub const fn spec(&self) -> &FrameSpec {

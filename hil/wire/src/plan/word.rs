@@ -6,8 +6,9 @@ use std::ops::{BitAnd, BitOr, BitXor};
 pub(crate) const WORD_LEN: usize = 16;
 
 /// An unsigned word of eight or sixteen bytes.
-pub(crate) trait Word:
-    Copy + Default + PartialEq + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>
+pub(crate) trait Word: Copy + Default + PartialEq
+where
+    Self: BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>,
 {
     /// Its bytes.
     const LEN: usize;

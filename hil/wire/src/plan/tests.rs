@@ -1,0 +1,147 @@
+//! A plan beside the layout it was made of: the same bytes, frames and counters.
+
+#[path = "../../tests/stream/layouts.rs"]
+mod layouts;
+#[path = "../../tests/stream/noise.rs"]
+mod noise;
+
+use super::AnyPlan;
+use crate::{Counters, Decoder, EncodeError, Encoder, Frame, FrameSpec};
+use layouts::{layout, shipped, vg910d};
+use noise::{meaningful, raw_values, stream};
+use proptest::prelude::*;
+
+/// A layout that can be planned: half of the fixed ones, and the shipped ones among them.
+fn planned() -> impl Strategy<Value = FrameSpec> {
+    prop_oneof![1 => Just(vg910d()), 1 => shipped(), 6 => layout()]
+        .prop_filter("a plan", |spec| AnyPlan::of(spec).is_some())
+}
+
+/// Pushes `bytes` in pieces, the decoder's plan used or left out.
+fn decode(
+    spec: &FrameSpec,
+    bytes: &[u8],
+    piece: usize,
+    use_plan: bool,
+) -> (Vec<Frame>, Vec<Counters>) {
+    let mut decoder = Decoder::new(spec.clone());
+    if !use_plan {
+        decoder = decoder.without_plan();
+    }
+    let (mut frames, mut counters) = (Vec::new(), Vec::new());
+    for piece in bytes.chunks(piece) {
+        decoder.push(piece, &mut |frame| frames.push(*frame));
+        counters.push(decoder.counters());
+    }
+    counters.push(decoder.finish());
+    (frames, counters)
+}
+
+/// Frames one after the other, none of them damaged.
+fn intact(spec: &FrameSpec, first: u64, entropy: &[u64]) -> Vec<u8> {
+    let mut encoder = Encoder::starting_at(spec, first);
+    let mut bytes = Vec::new();
+    for entropy in entropy {
+        encoder.encode(&raw_values(spec, *entropy), &mut bytes).unwrap();
+    }
+    bytes
+}
+
+/// What a frame's values come of, and now and then one that may not fit.
+fn entropy() -> impl Strategy<Value = (u64, Option<i64>)> {
+    (any::<u64>(), prop::option::weighted(0.2, any::<i64>()))
+}
+
+#[test]
+fn short_frames_of_the_shipped_layouts_are_planned() {
+    let is_short = |text| match AnyPlan::of(&FrameSpec::from_toml(text).unwrap()) {
+        Some(AnyPlan::Short(_)) => Some(true),
+        Some(AnyPlan::Long(_)) => Some(false),
+        None => None,
+    };
+    assert_eq!(is_short(include_str!("../../../../frames/adis16100.toml")), Some(true));
+    assert_eq!(is_short(include_str!("../../../../frames/vg910d.toml")), Some(false));
+    assert_eq!(is_short(include_str!("../../../../frames/vg910d-sum.toml")), None);
+    assert_eq!(is_short(include_str!("../../../../frames/fog-septet-xor.toml")), None);
+}
+
+#[test]
+fn the_last_index_there_is_wraps_as_without_a_plan() {
+    let spec = vg910d();
+    let raw = vec![0; spec.fields().len()];
+    let (mut planned, mut plain) = (Vec::new(), Vec::new());
+    for (out, use_plan) in [(&mut planned, true), (&mut plain, false)] {
+        let mut encoder = Encoder::starting_at(&spec, u64::MAX - 1);
+        if !use_plan {
+            encoder = encoder.without_plan();
+        }
+        for _ in 0..4 {
+            encoder.encode(&raw, out).unwrap();
+        }
+        assert_eq!(encoder.next_index(), 2);
+    }
+    assert_eq!(planned, plain);
+}
+
+proptest! {
+    #[test]
+    fn a_planned_frame_is_the_frame(
+        spec in planned(),
+        first in prop_oneof![any::<u32>().prop_map(u64::from), any::<u64>()],
+        entropy in prop::collection::vec(entropy(), 1..20),
+    ) {
+        let mut encoder = Encoder::starting_at(&spec, first);
+        let mut plain = encoder.clone().without_plan();
+        let mut bytes = [Vec::new(), Vec::new()];
+        for (entropy, unfit) in entropy {
+            let mut raw = raw_values(&spec, entropy);
+            if let Some(unfit) = unfit {
+                let at = unfit.rem_euclid(raw.len() as i64).unsigned_abs();
+                raw[usize::try_from(at).unwrap()] = unfit >> (entropy % 64);
+            }
+            if entropy % 50 == 0 {
+                raw.pop();
+            }
+            let [with, without]: [Result<(), EncodeError>; 2] =
+                [encoder.encode(&raw, &mut bytes[0]), plain.encode(&raw, &mut bytes[1])];
+            prop_assert_eq!(with, without);
+            prop_assert_eq!(encoder.next_index(), plain.next_index());
+            prop_assert_eq!(&bytes[0], &bytes[1]);
+        }
+    }
+
+    #[test]
+    fn a_planned_decoder_tells_the_same_story_of_damaged_streams(
+        (spec, stream) in planned().prop_flat_map(|spec| {
+            let stream = stream(&spec, 40);
+            (Just(spec), stream)
+        }),
+        piece in prop_oneof![1_usize..60, Just(usize::MAX)],
+    ) {
+        let plain = decode(&spec, &stream.bytes, piece, false);
+        prop_assert_eq!(decode(&spec, &stream.bytes, piece, true), plain);
+    }
+
+    #[test]
+    fn long_runs_of_good_frames_and_what_breaks_them_are_taken_alike(
+        spec in planned(),
+        first in any::<u32>(),
+        entropy in prop::collection::vec(any::<u64>(), 1..200),
+        hurt in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
+        piece in prop_oneof![1_usize..600, Just(usize::MAX)],
+    ) {
+        let mut bytes = intact(&spec, u64::from(first), &entropy);
+        let known = meaningful(&spec);
+        for (at, what) in hurt {
+            let at = at.index(bytes.len());
+            match what % 4 {
+                0 => bytes[at] ^= 1 << (what >> 5),
+                1 => drop(bytes.remove(at)),
+                2 => drop(bytes.splice(at..at, known.iter().copied())),
+                _ => bytes.insert(at, what),
+            }
+        }
+        let plain = decode(&spec, &bytes, piece, false);
+        prop_assert_eq!(decode(&spec, &bytes, piece, true), plain);
+    }
+}
