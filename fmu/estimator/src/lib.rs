@@ -14,8 +14,8 @@
 //! **Architecture Invariant:** pure arithmetic. No input or output, no clock, no FMI, and no path
 //! to truth: an estimator cannot cheat, because neither the body nor the gyro can be reached from
 //! here. Nothing on the predict and update path allocates or panics. No standard library, so that
-//! the filters run on a microcontroller: those with a roll-back need an allocator when they are
-//! made, and a [`SwingFit`] while it works.
+//! the filters run on a microcontroller: those with a roll-back, and a [`SwingFit`], need an
+//! allocator when they are made.
 
 #![no_std]
 

@@ -2,7 +2,7 @@
 //! allocate nothing: not in a step, not in an alarm with its roll-back, not when they are saved.
 
 use struna_estimator::{
-    AugmentedConfig, HysteresisBank, InnovationTest, InputAxis, RateEstimator, SWING_STATES,
+    AugmentedConfig, FixedLag, HysteresisBank, InnovationTest, InputAxis, RateEstimator, SWING_STATES,
     StartPrior, SwingBelief, SwingBody, SwingConfig, SwingFilter, TestedFilter, ThreeAxisFilter,
 };
 
@@ -35,6 +35,32 @@ fn no_step_and_no_roll_back_allocates() {
     let mut bank = HysteresisBank::new(&config()).expect("a bank");
     let allocated = allocations_of(&mut bank);
     assert!(bank.alarms() > 0, "the blow raised an alarm");
+    assert_eq!(allocated, 0, "{allocated} allocations");
+}
+
+#[test]
+fn no_step_of_a_smoother_and_no_restart_of_a_bank_allocates() {
+    let mut lagging =
+        FixedLag::new(&config(), &InnovationTest::STANDARD, 500).expect("a smoother");
+    let mut bank = HysteresisBank::new(&config()).expect("a bank");
+    let mut bytes = vec![0; lagging.saved_len()];
+    let before = ALLOCATIONS.get();
+    for k in 1..=4_000_u32 {
+        // A blow after 20 s, and the gyro clips for a moment.
+        let rate_rad_s = if k > 2_000 { 0.05 } else { 0.0 };
+        if k % 700 == 0 {
+            lagging.step_over_range(0.01, 9.0).expect("a step");
+        } else {
+            lagging.step(0.01, rate_rad_s).expect("a step");
+        }
+        bank.step(0.01, rate_rad_s).expect("a step");
+        std::hint::black_box(lagging.lagged());
+    }
+    lagging.save(&mut bytes);
+    bank.restart(&config()).expect("a restart");
+    bank.step(0.01, 0.0).expect("a step");
+    let allocated = ALLOCATIONS.get() - before;
+    assert!(lagging.filter().alarms() > 0, "the blow raised an alarm");
     assert_eq!(allocated, 0, "{allocated} allocations");
 }
 

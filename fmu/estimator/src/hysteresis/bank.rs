@@ -44,6 +44,7 @@ const UNGATED: u64 = 3;
 /// others.
 #[derive(Debug, Clone)]
 pub struct HysteresisBank {
+    priors: [YieldPrior; MEMBERS - 1],
     seats: Seats,
     windows: Windows,
     kick_floor_variance: f64,
@@ -76,6 +77,7 @@ impl HysteresisBank {
         let test = InnovationTest::STANDARD;
         let seats = Seats::new(config, priors)?;
         Ok(Self {
+            priors: *priors,
             windows: Windows::new(&test),
             kick_floor_variance: test.kick_floor_rad_s * test.kick_floor_rad_s,
             start_variance_rad2: seats.linear.filter.belief().covariance.angle_rad2,
@@ -85,6 +87,21 @@ impl HysteresisBank {
             watch: Watch::default(),
             seats,
         })
+    }
+
+    /// Starts afresh with another start belief and noise, as a [new](Self::with_priors) bank with
+    /// the same priors of the friction would, without allocating.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the value out of its bound; the bank is then unchanged.
+    pub fn restart(&mut self, config: &AugmentedConfig) -> Result<(), ConfigError> {
+        let seats = Seats::new(config, &self.priors)?;
+        self.start_variance_rad2 = seats.linear.filter.belief().covariance.angle_rad2;
+        (self.has_moved, self.since_update_s) = (false, 0.0);
+        self.memory.clear(&seats);
+        self.watch = Watch::default();
+        self.seats = seats;
+        Ok(())
     }
 
     /// Predicts over `span_s` and takes in a measurement valid at its end: both, or neither.

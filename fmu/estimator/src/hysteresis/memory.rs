@@ -29,6 +29,10 @@ pub(super) struct Sample {
     pub(super) residual_rad_s: f64,
 }
 
+impl Sample {
+    const NONE: Self = Self { span_s: 0.0, rate_rad_s: None, residual_rad_s: 0.0 };
+}
+
 /// Rings of samples and of sums of clipped innovations, and two checkpoints; allocated once.
 ///
 /// Samples are numbered from 1; number 0 is the start. Checkpoints lie at the last reset and every
@@ -62,15 +66,22 @@ const fn place(number: u64) -> usize {
 
 impl Memory {
     pub(super) fn new(start: &Seats) -> Self {
-        let none = Sample { span_s: 0.0, rate_rad_s: None, residual_rad_s: 0.0 };
         Self {
-            samples: vec![none; SAMPLES].into_boxed_slice(),
+            samples: vec![Sample::NONE; SAMPLES].into_boxed_slice(),
             sums: vec![0.0; SAMPLES].into_boxed_slice(),
             older: start.clone(),
             newer: start.clone(),
             last: 0,
             reset: 0,
         }
+    }
+
+    /// As new, with these members.
+    pub(super) fn clear(&mut self, start: &Seats) {
+        self.samples.fill(Sample::NONE);
+        self.sums.fill(0.0);
+        self.last = 0;
+        self.reset(start);
     }
 
     /// Adds a sample with its clipped normalised innovation, and the members after it.

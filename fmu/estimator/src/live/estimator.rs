@@ -62,11 +62,24 @@ pub(super) struct Setup {
 }
 
 impl Setup {
-    /// A filter of the swinging body, to be started when it is needed.
-    pub(super) fn new_spare(&self) -> Result<Option<Box<SwingFilter>>, ConfigError> {
+    /// What a swing may need, `sight` of it given.
+    pub(super) fn new_spares(&self, sight: Sight) -> Result<Spares, ConfigError> {
         let new = |swing| SwingFilter::new(swing, &self.test, &ready_of(swing)).map(Box::new);
-        self.swing.as_ref().map(new).transpose()
+        let filter = self.swing.as_ref().map(new).transpose()?;
+        // Where the swing has no size there is nothing to fit.
+        let fitted = self.swing.as_ref().filter(|_| sight == Sight::Sharp);
+        let pursuit = fitted.and_then(|swing| Pursuit::new(swing, self.pace).ok()).map(Box::new);
+        Ok(Spares { filter, pursuit })
     }
+}
+
+/// What a swing needs, while nobody uses it: neither is ever made anew.
+#[derive(Debug, Clone)]
+pub(super) struct Spares {
+    /// The filter of the swinging body; none without a body.
+    pub(super) filter: Option<Box<SwingFilter>>,
+    /// Fit and catching up; none where no fit has a meaning.
+    pub(super) pursuit: Option<Box<Pursuit>>,
 }
 
 /// Who speaks.
@@ -93,10 +106,10 @@ pub(super) enum Phase {
 /// update takes long and the same record gives the same estimate whatever the machine.
 ///
 /// # Memory
-/// A few megabytes: the samples of the last seven minutes or more. It is allocated when the
-/// estimator is made, but for what a fit sets up when a swing begins and as its starts multiply.
-/// A running fit is saved as its samples: to restore it is to do its work again, some seconds at
-/// most.
+/// A few megabytes: the samples of the last seven minutes or more, twice where a fit may need them.
+/// All of it is allocated when the estimator is made; after that nothing but
+/// [`restore`](RateEstimator::restore) allocates. A running fit is saved as its samples: to restore
+/// it is to do its work again, some seconds at most.
 #[derive(Debug, Clone)]
 pub struct LiveEstimator {
     pub(super) setup: Setup,
@@ -109,8 +122,7 @@ pub struct LiveEstimator {
     pub(super) phase: Phase,
     pub(super) clock: Clock,
     pub(super) doubt: Doubt,
-    /// The filter of the swinging body, while nobody uses it; none without a body.
-    pub(super) spare: Option<Box<SwingFilter>>,
+    pub(super) spares: Spares,
     pub(super) swing_len: usize,
 }
 
@@ -157,12 +169,12 @@ impl LiveEstimator {
                 blurred.then_some(LiveWarning::AxisNotCalibrated),
             ],
         };
-        let spare = setup.new_spare()?;
+        let spares = setup.new_spares(eye.sight())?;
         Ok(Self {
             setup,
             doubt: Doubt::default(),
-            swing_len: spare.as_ref().map_or(0, |filter| filter.saved_len()),
-            spare,
+            swing_len: spares.filter.as_ref().map_or(0, |filter| filter.saved_len()),
+            spares,
             anchors: Anchors::new(0, filter.filter().state()),
             torsion: filter,
             bank: HysteresisBank::new(&torsion)?,
@@ -228,7 +240,7 @@ impl LiveEstimator {
         let answer = call.on(&mut self.fallback);
         if answer.is_err() {
             self.fallback = before;
-            self.phase = self.spare.take().map_or(Phase::Unseen, Phase::Swinging);
+            self.phase = self.spares.filter.take().map_or(Phase::Unseen, Phase::Swinging);
         } else {
             self.phase = self.pursue_afresh();
         }

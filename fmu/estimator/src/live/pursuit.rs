@@ -16,20 +16,23 @@ const WINDOW_MAX_S: f64 = 960.0;
 const UPDATE_STEPS: u32 = 10;
 /// What the fit moves on by when it gives a window up, s.
 const RESTART_S: f64 = 20.0;
+/// How much longer than declared the torsion's period may turn out for a fit to have memory.
+const PERIOD_FACTOR_MAX: f64 = 4.0;
 
 /// Seconds that the last window of a fit holds.
 pub(super) fn window_s(period_s: f64) -> f64 {
     (PERIOD_SHARE * period_s).clamp(WINDOW_MIN_S, WINDOW_MAX_S)
 }
 
-/// A fit under way, and after it the filter that catches up with the present.
+/// A fit under way, and after it the filter that catches up with the present. Allocated once: one
+/// swing after the other is pursued in the same memory.
 ///
 /// Work is dealt out per sample, never by the clock, so that the same record gives the same
 /// estimate on any machine. It also makes the fit a function of the tape: saved bytes hold where
 /// it began, and it is done again when they are restored.
 #[derive(Debug, Clone)]
 pub(super) struct Pursuit {
-    config: SwingConfig,
+    prior: StartPrior,
     period_s: f64,
     work: u32,
     fit: SwingFit,
@@ -77,24 +80,34 @@ pub(super) enum News {
 }
 
 impl Pursuit {
-    /// A fit of the samples from the first of `given` on, before which `prior` was believed. Those
-    /// in `given` it is given at once.
+    /// A pursuit that is yet to [begin](Self::begin), with memory for torsions up to four times
+    /// as slow as declared, or just for the declared one where that is too much.
     pub(super) fn new(
         config: &SwingConfig,
-        prior: StartPrior,
         (period_s, work): (f64, u32),
-        (tape, given): (&Tape, RangeInclusive<u64>),
     ) -> Result<Self, ConfigError> {
-        let config = SwingConfig { start: prior, ..*config };
-        let fit = SwingFit::new(&config, period_s)?;
-        let (first, begun) = (*given.start(), *given.end());
-        let mut pursuit = Self { config, period_s, work, fit, first, begun, given: 0, chase: None };
+        let prior = config.start;
+        let fit = SwingFit::with_room(config, period_s, PERIOD_FACTOR_MAX * prior.period_s)
+            .or_else(|_| SwingFit::new(config, period_s))?;
+        Ok(Self { prior, period_s, work, fit, first: 1, begun: 0, given: 0, chase: None })
+    }
+
+    /// Begins a fit of the samples from the first of `given` on, before which `prior` was
+    /// believed. Those in `given` it is given at once.
+    pub(super) fn begin(
+        &mut self,
+        prior: &StartPrior,
+        (tape, given): (&Tape, RangeInclusive<u64>),
+    ) -> Result<(), ConfigError> {
+        self.fit.restart(prior)?;
+        self.prior = *prior;
+        (self.first, self.begun, self.given) = (*given.start(), *given.end(), 0);
         for number in given {
             if let Some(sample) = tape.get(number) {
-                pursuit.give(number, sample);
+                self.give(number, sample);
             }
         }
-        Ok(pursuit)
+        Ok(())
     }
 
     /// Samples that `sample` stands for on the grid of the fit.
@@ -176,15 +189,15 @@ impl Pursuit {
     }
 
     /// Gives back the filter that was to follow.
-    pub(super) fn into_spare(self) -> Option<Box<SwingFilter>> {
-        self.chase.map(|chase| chase.filter)
+    pub(super) fn give_back(&mut self) -> Option<Box<SwingFilter>> {
+        self.chase.take().map(|chase| chase.filter)
     }
 
     /// Seconds of the window at hand that have been collected, and that it takes.
     pub(super) fn progress_s(&self) -> (f64, f64) {
         let given_s = self.given as f64 * self.period_s;
         let collected_s = given_s - RESTART_S * f64::from(self.fit.restarts());
-        let needed_s = window_s(self.config.start.period_s);
+        let needed_s = window_s(self.prior.period_s);
         (collected_s.clamp(0.0, needed_s), needed_s)
     }
 
@@ -198,7 +211,7 @@ impl Pursuit {
     pub(super) fn write(&self, out: &mut Writer<'_>) {
         out.u64(self.first);
         out.u64(self.begun);
-        prior_numbers(&self.config.start).iter().for_each(|number| out.f64(*number));
+        prior_numbers(&self.prior).iter().for_each(|number| out.f64(*number));
     }
 }
 
@@ -220,28 +233,26 @@ impl Beginning {
         Ok(Self { first, begun, prior: prior_of(numbers) })
     }
 
-    /// The pursuit that began so, as far as it had come at the end of the tape.
+    /// Brings `pursuit` as far as the one that began so had come at the end of the tape.
     pub(super) fn again(
         &self,
-        config: &SwingConfig,
-        pace: (f64, u32),
+        pursuit: &mut Pursuit,
         tape: &Tape,
         spare: &mut Option<Box<SwingFilter>>,
-    ) -> Result<Pursuit, RestoreError> {
+    ) -> Result<(), RestoreError> {
         let possible = self.first >= tape.oldest() && self.begun <= tape.last();
         if !possible || self.first > self.begun + 1 {
             return Err(RestoreError::Impossible);
         }
         let given = (tape, self.first..=self.begun);
-        let mut pursuit =
-            Pursuit::new(config, self.prior, pace, given).map_err(|_| RestoreError::Impossible)?;
+        pursuit.begin(&self.prior, given).map_err(|_| RestoreError::Impossible)?;
         for now in self.begun + 1..=tape.last() {
             // A saved pursuit was still one at the last sample.
             if !matches!(pursuit.go_on(tape, now, spare), News::None) {
                 return Err(RestoreError::Impossible);
             }
         }
-        Ok(pursuit)
+        Ok(())
     }
 }
 

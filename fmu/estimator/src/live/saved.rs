@@ -7,7 +7,6 @@ use super::pursuit::{Beginning, Pursuit};
 use super::tape::Anchors;
 use crate::RateEstimator;
 use crate::state_bytes::{Reader, RestoreError, Writer};
-use alloc::boxed::Box;
 
 /// Numbers of the phases in saved bytes.
 const TORSION: u64 = 0;
@@ -123,26 +122,27 @@ impl LiveEstimator {
         tape.read(&mut own)?;
         let anchors = Anchors::read(&mut own)?;
         let doubt = Doubt::read(&mut own)?;
-        let mut spare = self.setup.new_spare().map_err(|_| RestoreError::Impossible)?;
+        let spares = self.setup.new_spares(self.eye.sight());
+        let mut spares = spares.map_err(|_| RestoreError::Impossible)?;
         let phase = match number {
             TORSION => Phase::Torsion,
             UNSEEN => Phase::Unseen,
             SWINGING => {
-                let mut filter = spare.take().ok_or(RestoreError::Impossible)?;
+                let mut filter = spares.filter.take().ok_or(RestoreError::Impossible)?;
                 filter.restore(swing)?;
                 Phase::Swinging(filter)
             }
             FITTING => {
-                let config = self.setup.swing.ok_or(RestoreError::Impossible)?;
+                let mut pursuit = spares.pursuit.take().ok_or(RestoreError::Impossible)?;
                 let beginning = Beginning::read(&mut own)?;
-                let pursuit = beginning.again(&config, self.setup.pace, &tape, &mut spare)?;
-                Phase::Fitting(Box::new(pursuit))
+                beginning.again(&mut pursuit, &tape, &mut spares.filter)?;
+                Phase::Fitting(pursuit)
             }
             _ => return Err(RestoreError::Impossible),
         };
         (self.torsion, self.bank, self.fallback) = (torsion, bank, fallback);
         (self.clock, self.eye, self.tape) = (clock, eye, tape);
-        (self.anchors, self.phase, self.doubt, self.spare) = (anchors, phase, doubt, spare);
+        (self.anchors, self.phase, self.doubt, self.spares) = (anchors, phase, doubt, spares);
         Ok(())
     }
 }

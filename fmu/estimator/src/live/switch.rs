@@ -6,7 +6,6 @@ use super::handover::{blurred, prior_of, torsion_of};
 use super::pursuit::{News, Pursuit};
 use super::tape::{Anchors, Sample};
 use crate::augmented::State;
-use crate::hysteresis::HysteresisBank;
 use crate::swing::SwingFilter;
 use crate::{AugmentedConfig, EstimatorError, RateEstimator, StartPrior, Status};
 use alloc::boxed::Box;
@@ -145,18 +144,23 @@ impl LiveEstimator {
     }
 
     /// A fit of the samples from `first` on, where a fit has a meaning.
-    fn pursue(&self, prior: StartPrior, first: u64) -> Phase {
-        let Some(swing) = &self.setup.swing else { return Phase::Unseen };
-        if self.eye.sight() != Sight::Sharp {
-            return Phase::Unseen;
+    fn pursue(&mut self, prior: StartPrior, first: u64) -> Phase {
+        let Some(mut pursuit) = self.spares.pursuit.take() else { return Phase::Unseen };
+        if pursuit.begin(&prior, (&self.tape, first..=self.tape.last())).is_ok() {
+            return Phase::Fitting(pursuit);
         }
-        let given = (&self.tape, first..=self.tape.last());
-        Pursuit::new(swing, prior, self.setup.pace, given)
-            .map_or(Phase::Unseen, |pursuit| Phase::Fitting(Box::new(pursuit)))
+        self.spares.pursuit = Some(pursuit);
+        Phase::Unseen
+    }
+
+    /// Takes back what a pursuit has had, when it is over.
+    fn give_back(&mut self, mut pursuit: Box<Pursuit>) {
+        self.spares.filter = pursuit.give_back().or(self.spares.filter.take());
+        self.spares.pursuit = Some(pursuit);
     }
 
     /// A fit from now on, from the fallback's belief.
-    pub(super) fn pursue_afresh(&self) -> Phase {
+    pub(super) fn pursue_afresh(&mut self) -> Phase {
         let learnt = self.anchors.oldest().state;
         self.pursue(prior_of(&self.fallback.state(), &learnt), self.tape.last() + 1)
     }
@@ -166,7 +170,7 @@ impl LiveEstimator {
         match phase {
             Phase::Swinging(filter) => self.after_following(filter),
             Phase::Fitting(pursuit) if self.eye.is_calm() => {
-                self.spare = pursuit.into_spare().or(self.spare.take());
+                self.give_back(pursuit);
                 self.end_swing(self.fallback.state())
             }
             Phase::Fitting(pursuit) => self.after_fitting(pursuit),
@@ -176,14 +180,15 @@ impl LiveEstimator {
     }
 
     fn after_fitting(&mut self, mut pursuit: Box<Pursuit>) -> Phase {
-        match pursuit.go_on(&self.tape, self.tape.last(), &mut self.spare) {
+        match pursuit.go_on(&self.tape, self.tape.last(), &mut self.spares.filter) {
             News::Caught(filter) => {
+                self.give_back(pursuit);
                 self.doubt = super::doubt::Doubt::default();
                 Phase::Swinging(filter)
             }
             News::None if !pursuit.outgrows(&self.tape) => Phase::Fitting(pursuit),
             News::None | News::Lost => {
-                self.spare = pursuit.into_spare().or(self.spare.take());
+                self.give_back(pursuit);
                 self.pursue_afresh()
             }
         }
@@ -192,7 +197,7 @@ impl LiveEstimator {
     fn after_following(&mut self, filter: Box<SwingFilter>) -> Phase {
         if self.eye.is_calm() && filter.amplitude_rad() < self.eye.gone_rad() {
             let state = torsion_of(&filter.swing_belief());
-            self.spare = Some(filter);
+            self.spares.filter = Some(filter);
             // What is no belief of a filter of pure torsion leaves the bound.
             return self.end_swing(state.unwrap_or_else(|_| self.fallback.state()));
         }
@@ -207,7 +212,7 @@ impl LiveEstimator {
     /// the fallback starts, less certain by what it may be wrong.
     pub(super) fn fall_back(&mut self, filter: Box<SwingFilter>) {
         let from = torsion_of(&filter.swing_belief()).map(|state| blurred(state, LOST_RAD));
-        self.spare = Some(filter);
+        self.spares.filter = Some(filter);
         self.begin_fallback(from.unwrap_or_else(|_| self.torsion.filter().state()));
     }
 
@@ -219,9 +224,8 @@ impl LiveEstimator {
         let state = self.torsion.filter().state();
         self.anchors = Anchors::new(self.tape.last(), state);
         let config = AugmentedConfig { start: prior_of(&state, &state), ..self.setup.torsion };
-        if let Ok(bank) = HysteresisBank::new(&config) {
-            self.bank = bank;
-        }
+        // A start belief that it refuses leaves the bank as it was before the swing.
+        let _ = self.bank.restart(&config);
         self.clock = Clock { over_range_s: self.clock.over_range_s, ..Clock::default() };
         Phase::Torsion
     }

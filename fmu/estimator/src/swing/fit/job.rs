@@ -1,24 +1,24 @@
 //! The fit as a job that is done piece by piece.
 
 use super::AcceptedFit;
+use super::bounded::Bounded;
 use super::levenberg::{Descending, Descent};
-use super::modes::pruned;
+use super::modes::prune;
 use super::outcome::{FitOutcome, Progress, Rejection};
-use super::pass::Budget;
+use super::pass::{Budget, Pass};
 use super::plan::{
     COST_HOPELESS, DENSE_SWING, Plan, RESTART_RATE_SIGMA_RAD_S, RESTART_TWIST_SIGMA_RAD,
-    SWING_SIGMA_MIN_RAD, Stage,
+    STARTS_MAX, SWING_SIGMA_MIN_RAD, Stage,
 };
-use super::problem::{Problem, Unknowns, WindowStart, first_start};
+use super::problem::{Problem, WindowStart, first_start};
 use super::record::{Record, averages, mean};
 use super::residuals::Inspection;
 use super::starts::{Hypotheses, starts};
 use super::verdict::Verdict;
 use crate::config::{ConfigError, judge, positive};
+use crate::StartPrior;
 use crate::swing::SwingConfig;
 use crate::swing::amplitude::{Leak, SWING_PRESENT_RAD, SwingMeter};
-use alloc::boxed::Box;
-use alloc::vec::Vec;
 
 /// Standard deviations of its calibration by which a misalignment must differ from none.
 const ASKEW_SIGMAS: f64 = 3.0;
@@ -38,23 +38,15 @@ pub enum FitStarts {
 }
 
 /// What is being done.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     /// Samples for the first window and for the size of the swing are being collected.
     Collecting,
-    /// Every start goes down to the bottom of its valley.
-    Descending {
-        stage: usize,
-        /// Still to descend, the next one last.
-        waiting: Vec<Descent>,
-        ends: Vec<Descent>,
-    },
+    /// Every start goes down to the bottom of its valley, in the window of this stage.
+    Descending(usize),
     /// What the best end leaves is looked at.
-    Inspecting {
-        ends: Vec<Descent>,
-        inspection: Box<Inspection>,
-    },
-    Accepted(Box<AcceptedFit>),
+    Inspecting,
+    Accepted,
     Refused(Rejection),
 }
 
@@ -69,6 +61,9 @@ enum Phase {
 /// [`work`](Self::work) does at most as many steps of the model as it is told and returns. However
 /// the work is cut, the outcome is the same to the bit, as long as the work keeps up with the
 /// samples to within two minutes.
+///
+/// What it needs, some 400 kB and 16 bytes for each sample, is allocated when it is made. Fits of
+/// later swings, begun by [`restart`](Self::restart), make do with that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SwingFit {
     config: SwingConfig,
@@ -82,7 +77,13 @@ pub struct SwingFit {
     /// The problem of the window at hand, once the size of the swing is known.
     problem: Option<Problem>,
     /// The window at hand, averaged as its stage says.
-    window: Vec<f64>,
+    window: Bounded<f64>,
+    /// Still to descend, the next one last, and a step of that one that is under way.
+    waiting: Bounded<Descent>,
+    trial: Option<Pass>,
+    ends: Bounded<Descent>,
+    inspection: Option<Inspection>,
+    accepted: Option<AcceptedFit>,
     phase: Phase,
     rejected: Option<Rejection>,
 }
@@ -98,36 +99,71 @@ impl SwingFit {
     /// [`ConfigError`] for a value out of its bound; for a sample period of more than half a
     /// radian of the swing, or so short that a window would hold more than a million samples.
     pub fn new(config: &SwingConfig, period_s: f64) -> Result<Self, ConfigError> {
+        Self::with_room(config, period_s, config.start.period_s)
+    }
+
+    /// The same with memory for every period of the torsion up to `longest_s` that a
+    /// [`restart`](Self::restart) may name.
+    ///
+    /// # Errors
+    /// [`ConfigError`] as [`new`](Self::new), for the longer one of the two periods.
+    pub fn with_room(
+        config: &SwingConfig,
+        period_s: f64,
+        longest_s: f64,
+    ) -> Result<Self, ConfigError> {
         config.validate()?;
         positive("period_s", period_s)?;
-        let step_rad = config.body.swing_frequency_rad_s() * period_s;
-        judge("period_s", period_s, step_rad <= 0.5, "half a radian of swing at most")?;
+        positive("longest_s", longest_s)?;
         let swing_rad_s = config.body.swing_frequency_rad_s();
-        let plan = Plan::new(config.start.period_s, swing_rad_s, period_s);
+        let step_rad = swing_rad_s * period_s;
+        judge("period_s", period_s, step_rad <= 0.5, "half a radian of swing at most")?;
+        let plan = Plan::new(longest_s.max(config.start.period_s), swing_rad_s, period_s);
         let ok = plan.capacity as f64 <= SAMPLES_MAX;
         judge("period_s", period_s, ok, "long enough for a million samples in all")?;
-        let (tilt_rad, tilt_sigma_rad) = (config.axis.tilt_rad(), config.axis.tilt_sigma_rad);
-        let is_askew = tilt_rad > 0.0 && tilt_rad >= ASKEW_SIGMAS * tilt_sigma_rad;
-        let phase = if is_askew {
-            Phase::Collecting
-        } else {
-            Phase::Refused(Rejection::NotObservable { tilt_rad, tilt_sigma_rad })
-        };
-        let record = Record::new(if is_askew { plan.capacity } else { 1 });
-        Ok(Self {
+        // Where nothing will be fitted there is nothing to keep.
+        let room = |count| if refusal(config).is_none() { count } else { 0 };
+        let mut fit = Self {
             config: *config,
             period_s,
             choice: FitStarts::All,
+            record: Record::new(room(plan.capacity)),
+            window: Bounded::new(room(plan.longest)),
             plan,
-            record,
             start: None,
             restarts: 0,
             dense: false,
             problem: None,
-            window: Vec::new(),
-            phase,
+            waiting: Bounded::new(room(STARTS_MAX)),
+            trial: None,
+            ends: Bounded::new(room(STARTS_MAX)),
+            inspection: None,
+            accepted: None,
+            phase: Phase::Collecting,
             rejected: None,
-        })
+        };
+        fit.restart(&config.start)?;
+        Ok(fit)
+    }
+
+    /// Begins again with another start belief and no samples, without allocating.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a belief out of its bounds, or for a period of the torsion longer than
+    /// there is memory for; the fit is then unchanged.
+    pub fn restart(&mut self, start: &StartPrior) -> Result<(), ConfigError> {
+        start.validate()?;
+        let refused = refusal(&self.config);
+        let swing_rad_s = self.config.body.swing_frequency_rad_s();
+        let plan = Plan::new(start.period_s, swing_rad_s, self.period_s);
+        let capacity = if refused.is_none() { plan.capacity } else { 0 };
+        let fits = self.record.restart(capacity);
+        judge("period_s", start.period_s, fits, "no longer than there is memory for")?;
+        (self.config.start, self.plan) = (*start, plan);
+        (self.start, self.restarts, self.rejected, self.accepted) = (None, 0, None, None);
+        self.collect(false);
+        self.phase = refused.map_or(Phase::Collecting, Phase::Refused);
+        Ok(())
     }
 
     /// The same fit with fewer starts: it fails more often, and says so.
@@ -144,7 +180,7 @@ impl SwingFit {
             return;
         }
         if self.record.is_full() {
-            self.restart(Rejection::Starved);
+            self.move_on(Rejection::Starved);
         }
         self.record.push(rate_rad_s);
     }
@@ -153,19 +189,11 @@ impl SwingFit {
     pub fn work(&mut self, steps: usize) -> Progress {
         let mut budget = Budget(steps);
         loop {
-            let phase = core::mem::replace(&mut self.phase, Phase::Collecting);
-            let progress = match phase {
+            let progress = match self.phase {
                 Phase::Collecting => self.begin(),
-                Phase::Descending { stage, waiting, ends } => {
-                    self.descend(stage, waiting, ends, &mut budget)
-                }
-                Phase::Inspecting { ends, inspection } => {
-                    self.inspect(ends, inspection, &mut budget)
-                }
-                over @ (Phase::Accepted(_) | Phase::Refused(_)) => {
-                    self.phase = over;
-                    Some(Progress::Done)
-                }
+                Phase::Descending(stage) => self.descend(stage, &mut budget),
+                Phase::Inspecting => self.inspect(&mut budget),
+                Phase::Accepted | Phase::Refused(_) => Some(Progress::Done),
             };
             if let Some(progress) = progress {
                 return progress;
@@ -193,9 +221,9 @@ impl SwingFit {
     /// What the fit has come to so far.
     #[must_use]
     pub fn outcome(&self) -> FitOutcome<'_> {
-        match &self.phase {
-            Phase::Accepted(fit) => FitOutcome::Accepted(fit),
-            Phase::Refused(rejection) => FitOutcome::Refused(*rejection),
+        match (self.phase, &self.accepted) {
+            (Phase::Accepted, Some(fit)) => FitOutcome::Accepted(fit),
+            (Phase::Refused(rejection), _) => FitOutcome::Refused(rejection),
             _ => FitOutcome::Pending { rejected: self.rejected },
         }
     }
@@ -204,7 +232,7 @@ impl SwingFit {
     /// NaN: what the filter that takes over has to catch up with. Empty before.
     #[must_use]
     pub fn samples_after(&self) -> &[f64] {
-        let Phase::Accepted(fit) = &self.phase else {
+        let FitOutcome::Accepted(fit) = self.outcome() else {
             return &[];
         };
         let used = usize::try_from(fit.samples - self.record.given_up()).unwrap_or(usize::MAX);
@@ -219,9 +247,9 @@ impl SwingFit {
 
     /// Samples that the record must hold before more can be done.
     fn needed(&self) -> usize {
-        match &self.phase {
-            Phase::Descending { stage, .. } => {
-                self.plan.stage(*stage, self.dense).map_or(0, |stage| stage.samples)
+        match self.phase {
+            Phase::Descending(stage) => {
+                self.plan.stage(stage, self.dense).map_or(0, |stage| stage.samples)
             }
             _ => self.meter().map_or(0, |meter| meter.samples_to_fill()),
         }
@@ -254,9 +282,9 @@ impl SwingFit {
         let spread_rad = spread_rad.clamp(SWING_SIGMA_MIN_RAD, 1.0);
         let start = self.start.unwrap_or_else(|| first_start(&self.config, spread_rad));
         let problem = Problem::new(&self.config, self.period_s, &start, spread_rad);
-        let waiting = starts(&problem, &leak, swing_rad, self.hypotheses(swing_rad));
-        self.problem = Some(problem);
-        self.enter(0, waiting)
+        let starts = starts(&problem, &leak, swing_rad, self.hypotheses(swing_rad)).rev();
+        self.waiting.extend(starts.map(|u| Descent::new(&problem, u)));
+        self.enter(0, problem)
     }
 
     fn hypotheses(&self, swing_rad: f64) -> Hypotheses {
@@ -268,17 +296,13 @@ impl SwingFit {
         }
     }
 
-    /// Descents from `starts` in the window of a stage.
-    fn enter(&mut self, index: usize, starts: Vec<Unknowns>) -> Option<Progress> {
-        let (Some(&stage), Some(problem)) =
-            (self.plan.stage(index, self.dense), self.problem.take())
-        else {
+    /// Sets out in the window of a stage with those that are waiting.
+    fn enter(&mut self, index: usize, problem: Problem) -> Option<Progress> {
+        let Some(&stage) = self.plan.stage(index, self.dense) else {
             return self.give_up(Rejection::NoMotion);
         };
-        let problem = problem.averaging(&self.config, self.period_s, stage.averaged);
-        let waiting = starts.into_iter().rev().map(|u| Descent::new(&problem, u)).collect();
-        self.problem = Some(problem);
-        self.phase = Phase::Descending { stage: index, waiting, ends: Vec::new() };
+        self.problem = Some(problem.averaging(&self.config, self.period_s, stage.averaged));
+        self.phase = Phase::Descending(index);
         None
     }
 
@@ -287,108 +311,104 @@ impl SwingFit {
         if self.window.len() * stage.averaged == stage.samples {
             return true;
         }
+        self.window.clear();
         let samples = self.record.samples().get(..stage.samples);
-        self.window = samples.map_or_else(Vec::new, |samples| averages(samples, stage.averaged));
+        self.window.extend(samples.into_iter().flat_map(|all| averages(all, stage.averaged)));
         samples.is_some()
     }
 
-    fn descend(
-        &mut self,
-        index: usize,
-        mut waiting: Vec<Descent>,
-        mut ends: Vec<Descent>,
-        budget: &mut Budget,
-    ) -> Option<Progress> {
+    fn descend(&mut self, index: usize, budget: &mut Budget) -> Option<Progress> {
         let Some(&stage) = self.plan.stage(index, self.dense) else {
             return self.give_up(Rejection::NoMotion);
         };
         if !self.fill(&stage) {
-            self.phase = Phase::Descending { stage: index, waiting, ends };
             return Some(Progress::NeedsSamples);
         }
         let Some(problem) = &self.problem else {
             return self.give_up(Rejection::NoMotion);
         };
-        while let Some(mut descent) = waiting.pop() {
-            match descent.advance(problem, &self.window, stage.patience, budget) {
-                Descending::Done => ends.push(descent),
-                Descending::Lost => {}
-                Descending::Budget => {
-                    waiting.push(descent);
-                    self.phase = Phase::Descending { stage: index, waiting, ends };
-                    return Some(Progress::Working);
-                }
+        let given = (problem, &*self.window);
+        while let Some(descent) = self.waiting.last_mut() {
+            match descent.advance(&mut self.trial, given, stage.patience, budget) {
+                Descending::Budget => return Some(Progress::Working),
+                Descending::Done => self.ends.extend(self.waiting.pop().into_iter()),
+                Descending::Lost => drop(self.waiting.pop()),
             }
         }
-        self.after(index, &stage, pruned(ends, stage.cut))
+        prune(&mut self.ends, &mut self.waiting, stage.cut);
+        core::mem::swap(&mut self.ends, &mut self.waiting);
+        self.after(index, &stage)
     }
 
-    /// What comes after a window: a longer one, the inspection, or another try.
-    fn after(&mut self, index: usize, stage: &Stage, mut ends: Vec<Descent>) -> Option<Progress> {
-        let (Some(best), Some(problem)) = (ends.first(), &self.problem) else {
+    /// What comes after a window, its ends pruned: a longer one, the inspection, or another try.
+    fn after(&mut self, index: usize, stage: &Stage) -> Option<Progress> {
+        let (Some(best), Some(problem)) = (self.ends.first(), &self.problem) else {
             return self.give_up(Rejection::NoMotion);
         };
         let cost_per_sample = best.best().cost() / self.window.len() as f64;
         if stage.is_last {
-            let inspection = Inspection::new(problem, best.best().unknowns(), self.period_s);
-            self.phase = Phase::Inspecting { ends, inspection: Box::new(inspection) };
+            let u = best.best().unknowns();
+            self.inspection = Some(Inspection::new(problem, u, self.period_s));
+            self.phase = Phase::Inspecting;
             return None;
         }
         if index > 0 && cost_per_sample > COST_HOPELESS {
             return self.give_up(Rejection::Cost { cost_per_sample });
         }
-        if self
-            .plan
-            .stage(index + 1, self.dense)
-            .is_some_and(|next| next.averaged != stage.averaged)
-        {
-            let starts = ends.iter().map(|end| *end.best().unknowns()).collect();
-            return self.enter(index + 1, starts);
+        let next = self.plan.stage(index + 1, self.dense);
+        if next.is_some_and(|next| next.averaged != stage.averaged) {
+            let ends = self.ends.drain().rev();
+            self.waiting.extend(ends.map(|end| Descent::new(problem, *end.best().unknowns())));
+            let problem = problem.clone();
+            return self.enter(index + 1, problem);
         }
-        ends.iter_mut().for_each(Descent::again);
-        ends.reverse();
-        self.phase = Phase::Descending { stage: index + 1, waiting: ends, ends: Vec::new() };
+        self.ends.iter_mut().for_each(Descent::again);
+        self.waiting.extend(self.ends.drain().rev());
+        self.phase = Phase::Descending(index + 1);
         None
     }
 
-    fn inspect(
-        &mut self,
-        ends: Vec<Descent>,
-        mut inspection: Box<Inspection>,
-        budget: &mut Budget,
-    ) -> Option<Progress> {
+    fn inspect(&mut self, budget: &mut Budget) -> Option<Progress> {
         let last = (0..).map_while(|k| self.plan.stage(k, self.dense)).last();
-        let (Some(stage), Some(problem)) = (last, &self.problem) else {
+        let (Some(stage), Some(problem), Some(inspection)) =
+            (last, &self.problem, &mut self.inspection)
+        else {
             return self.give_up(Rejection::NoMotion);
         };
         let Some(leftover) = inspection.advance(problem, &self.window, budget) else {
-            self.phase = Phase::Inspecting { ends, inspection };
             return Some(Progress::Working);
         };
         let samples = self.record.given_up() + stage.samples as u64;
-        let verdict = Verdict { problem, ends: &ends, leftover, window: stage.samples };
+        let verdict = Verdict { problem, ends: &self.ends, leftover, window: stage.samples };
         match verdict.fit(samples, self.restarts, self.dense) {
-            Ok(fit) => self.phase = Phase::Accepted(Box::new(fit)),
+            Ok(fit) => (self.accepted, self.phase) = (Some(fit), Phase::Accepted),
             Err(rejection) => return self.give_up(rejection),
         }
         None
     }
 
+    /// Begins with the samples there are: nothing is left of what was done with others.
+    fn collect(&mut self, dense: bool) {
+        (self.dense, self.phase) = (dense, Phase::Collecting);
+        (self.problem, self.trial, self.inspection) = (None, None, None);
+        self.window.clear();
+        self.waiting.clear();
+        self.ends.clear();
+    }
+
     /// Gives the try up: the denser starts come next, and after them a later window.
     fn give_up(&mut self, rejection: Rejection) -> Option<Progress> {
         if self.dense || self.choice != FitStarts::All {
-            self.restart(rejection);
+            self.move_on(rejection);
         } else {
             self.rejected = Some(rejection);
-            self.dense = true;
-            self.window.clear();
-            self.phase = Phase::Collecting;
+            self.collect(true);
         }
         None
     }
 
     /// Moves the window on. The twist is carried there by plain integration.
-    fn restart(&mut self, rejection: Rejection) {
+    fn move_on(&mut self, rejection: Rejection) {
         let start = self.start.unwrap_or_else(|| first_start(&self.config, 0.0));
         let bias_rad_s = self.config.start.bias_rad_s;
         let skipped = self.record.samples().get(..self.plan.restart).unwrap_or_default();
@@ -405,8 +425,14 @@ impl SwingFit {
             rate_rad_s: (rate - bias_rad_s, RESTART_RATE_SIGMA_RAD_S),
         });
         self.restarts = self.restarts.saturating_add(1);
-        (self.dense, self.problem, self.rejected) = (false, None, Some(rejection));
-        self.window.clear();
-        self.phase = Phase::Collecting;
+        self.rejected = Some(rejection);
+        self.collect(false);
     }
+}
+
+/// Why nothing can be fitted, whatever is measured; none when it can.
+fn refusal(config: &SwingConfig) -> Option<Rejection> {
+    let (tilt_rad, tilt_sigma_rad) = (config.axis.tilt_rad(), config.axis.tilt_sigma_rad);
+    let is_askew = tilt_rad > 0.0 && tilt_rad >= ASKEW_SIGMAS * tilt_sigma_rad;
+    (!is_askew).then_some(Rejection::NotObservable { tilt_rad, tilt_sigma_rad })
 }

@@ -36,14 +36,13 @@ pub(super) enum Descending {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Descent {
     best: Pass,
-    trial: Option<Pass>,
     damping: f64,
     steps: u32,
 }
 
 impl Descent {
     pub(super) fn new(problem: &Problem, u: Unknowns) -> Self {
-        Self { best: Pass::new(problem, u), trial: None, damping: DAMPING.0, steps: 0 }
+        Self { best: Pass::new(problem, u), damping: DAMPING.0, steps: 0 }
     }
 
     /// The lowest point so far, with its normal equations over the window.
@@ -53,14 +52,15 @@ impl Descent {
 
     /// Starts anew from where it is, for a window that has grown.
     pub(super) fn again(&mut self) {
-        (self.trial, self.damping, self.steps) = (None, DAMPING.0, 0);
+        (self.damping, self.steps) = (DAMPING.0, 0);
     }
 
-    /// Goes on until the bottom is reached or the budget is spent.
+    /// Goes on until the bottom is reached or the budget is spent. A step under way is left in
+    /// `trial`, and taken from there.
     pub(super) fn advance(
         &mut self,
-        problem: &Problem,
-        samples: &[f64],
+        trial: &mut Option<Pass>,
+        (problem, samples): (&Problem, &[f64]),
         patience: Patience,
         budget: &mut Budget,
     ) -> Descending {
@@ -70,18 +70,18 @@ impl Descent {
             Reached::End => {}
         }
         loop {
-            let Some(mut trial) = self.trial.take().or_else(|| self.propose(problem, patience))
-            else {
+            let next = trial.take().or_else(|| self.propose(problem, patience));
+            let Some(mut next) = next else {
                 return Descending::Done;
             };
-            match trial.advance(problem, samples, self.best.cost(), budget) {
+            match next.advance(problem, samples, self.best.cost(), budget) {
                 Reached::Budget => {
-                    self.trial = Some(trial);
+                    *trial = Some(next);
                     return Descending::Budget;
                 }
                 Reached::Limit => self.damping *= DAMPING_STEP.0,
                 Reached::End => {
-                    self.best = trial;
+                    self.best = next;
                     self.damping /= DAMPING_STEP.1;
                 }
             }

@@ -3,6 +3,7 @@
 //! Windows of 8, 16, 30 and 60 s: 25 starts descend in the first one, and each longer window goes
 //! on from the distinct ends of the one before that still fit.
 
+mod bounded;
 pub(super) mod cholesky;
 mod job;
 mod levenberg;

@@ -1,9 +1,10 @@
 //! Which of the descents go on to a longer window.
 
+use super::bounded::Bounded;
 use super::cholesky::quadratic;
 use super::levenberg::Descent;
+use super::plan::STARTS_MAX;
 use super::problem::{UNKNOWNS, Unknowns};
-use alloc::vec::Vec;
 
 /// Squared distance, by the better one's normal equations, below which two ends are one mode.
 const EQUAL: f64 = 50.0;
@@ -17,21 +18,25 @@ pub(super) struct Cut {
     pub(super) count: usize,
 }
 
-/// The distinct ends within the cut, lowest cost first. Of equal costs the earlier start counts.
-pub(super) fn pruned(mut ends: Vec<Descent>, cut: Cut) -> Vec<Descent> {
-    // A stable sort: the order of equals is that of the starts.
-    ends.sort_by(|a, b| a.best().cost().total_cmp(&b.best().cost()));
-    let mut kept: Vec<Descent> = Vec::with_capacity(cut.count.min(ends.len()));
-    for end in ends {
+/// Moves the distinct ends within the cut to `kept`, lowest cost first, and the others nowhere. Of
+/// equal costs the earlier start counts.
+pub(super) fn prune(ends: &mut Bounded<Descent>, kept: &mut Bounded<Descent>, cut: Cut) {
+    kept.clear();
+    let mut order: [usize; STARTS_MAX] = core::array::from_fn(|place| place);
+    let order = &mut order[..ends.len().min(STARTS_MAX)];
+    let cost = |place: usize| ends[place].best().cost();
+    order.sort_unstable_by(|a, b| cost(*a).total_cmp(&cost(*b)).then(a.cmp(b)));
+    for place in order {
+        let end = &ends[*place];
         let least = kept.first().map_or(end.best().cost(), |best| best.best().cost());
         if kept.len() == cut.count || end.best().cost() > least + cut.cost {
             break;
         }
-        if !kept.iter().any(|better| are_equal(better, &end)) {
-            kept.push(end);
+        if !kept.iter().any(|better| are_equal(better, end)) {
+            kept.push(end.clone());
         }
     }
-    kept
+    ends.clear();
 }
 
 fn are_equal(better: &Descent, other: &Descent) -> bool {
@@ -45,6 +50,7 @@ fn are_equal(better: &Descent, other: &Descent) -> bool {
 mod tests {
     use super::*;
     use crate::swing::fit::problem::tests::problem;
+    use std::vec::Vec;
 
     /// Ends at these distances from the prior in the first unknown: their costs are the squares.
     fn kept(at: &[f64], cut: Cut) -> Vec<f64> {
@@ -54,8 +60,11 @@ mod tests {
             u[0] = *at;
             Descent::new(&problem, u)
         };
-        let ends = at.iter().map(end).collect();
-        pruned(ends, cut).iter().map(|end| end.best().unknowns()[0]).collect()
+        let (mut ends, mut kept) = (Bounded::new(4), Bounded::new(4));
+        ends.extend(at.iter().map(end));
+        prune(&mut ends, &mut kept, cut);
+        assert!(ends.is_empty());
+        kept.iter().map(|end| end.best().unknowns()[0]).collect()
     }
 
     const ALL: Cut = Cut { cost: f64::INFINITY, count: 25 };

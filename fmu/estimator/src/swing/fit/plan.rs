@@ -3,7 +3,7 @@
 use super::levenberg::Patience;
 use super::modes::Cut;
 use super::problem::DEG;
-use alloc::vec::Vec;
+use super::starts::Hypotheses;
 
 /// Lengths of the windows, s; later ones double.
 const WINDOWS_S: [f64; 4] = [8.0, 16.0, 30.0, 60.0];
@@ -57,6 +57,12 @@ pub(super) const COST_UNDECIDED: f64 = 25.0;
 /// Twists further apart than this are different, standard deviations.
 pub(super) const TWIST_APART: f64 = 3.0;
 
+/// Starts of a fit at most.
+pub(super) const STARTS_MAX: usize = Hypotheses::DENSE.count();
+/// Windows of a fit at most: the dense retry's, three short ones, those that double from 60 s to
+/// 480 s, and the longest one twice.
+const STAGES_MAX: usize = 10;
+
 /// One window of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stage {
@@ -72,7 +78,9 @@ pub(super) struct Stage {
 /// The windows of a fit, the dense retry's first one in front.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plan {
-    stages: Vec<Stage>,
+    stages: [Option<Stage>; STAGES_MAX],
+    /// Samples of the longest window.
+    pub(super) longest: usize,
     pub(super) leak: usize,
     pub(super) restart: usize,
     pub(super) restart_rate: usize,
@@ -96,21 +104,18 @@ impl Plan {
             is_last,
         };
         let last_s = (PERIOD_SHARE * torsion_s).clamp(WINDOWS_S[3], WINDOW_MAX_S);
-        let mut stages = Vec::from([stage(DENSE_WINDOW_S, Cut { count: 73, ..CUTS[0] }, false)]);
-        for (seconds, cut) in WINDOWS_S.into_iter().zip(CUTS).take(3) {
-            stages.push(stage(seconds, cut, false));
-        }
-        let mut seconds = WINDOWS_S[3];
-        while seconds < last_s {
-            stages.push(stage(seconds, CUTS[3], false));
-            seconds *= 2.0;
-        }
-        if averaged > 1 {
-            stages.push(stage(last_s, CUTS[3], false));
-        }
-        stages.push(stage(last_s, CUTS[3], true));
+        let dense = stage(DENSE_WINDOW_S, Cut { count: STARTS_MAX, ..CUTS[0] }, false);
+        let short = WINDOWS_S.into_iter().zip(CUTS).take(3);
+        let short = short.map(|(seconds, cut)| stage(seconds, cut, false));
+        let doubling = core::iter::successors(Some(WINDOWS_S[3]), |seconds| Some(2.0 * seconds));
+        let doubling = doubling.take_while(|seconds| *seconds < last_s);
+        let averaging = (averaged > 1).then_some(last_s);
+        let long = doubling.chain(averaging).map(|seconds| stage(seconds, CUTS[3], false));
+        let last = stage(last_s, CUTS[3], true);
+        let mut all = core::iter::once(dense).chain(short).chain(long).chain([last]);
         Self {
-            stages,
+            stages: core::array::from_fn(|_| all.next()),
+            longest: last.samples,
             leak: samples(LEAK_S),
             restart: samples(RESTART_S),
             restart_rate: samples(RESTART_RATE_S),
@@ -120,7 +125,7 @@ impl Plan {
 
     /// The windows, with or without the dense retry's first one.
     pub(super) fn stage(&self, index: usize, dense: bool) -> Option<&Stage> {
-        self.stages.get(index + usize::from(!dense))
+        self.stages.get(index + usize::from(!dense))?.as_ref()
     }
 }
 
@@ -136,6 +141,7 @@ fn count(samples: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     fn windows_s(torsion_s: f64) -> Vec<f64> {
         let plan = Plan::new(torsion_s, 19.0, 0.01);
@@ -147,7 +153,12 @@ mod tests {
         assert_eq!(windows_s(120.0), [8.0, 16.0, 30.0, 60.0]);
         assert_eq!(windows_s(480.0), [8.0, 16.0, 30.0, 60.0, 120.0]);
         assert_eq!(windows_s(600.0), [8.0, 16.0, 30.0, 60.0, 120.0, 150.0]);
-        assert_eq!(windows_s(1e12).last(), Some(&960.0));
+        // Nor is one left out of those that take the most stages.
+        assert_eq!(windows_s(1e12), [8.0, 16.0, 30.0, 60.0, 120.0, 240.0, 480.0, 960.0]);
+        let averaged = Plan::new(1e12, 9.9, 0.01);
+        let all: Vec<Stage> = (0..).map_while(|k| averaged.stage(k, true)).copied().collect();
+        assert_eq!(all.len(), STAGES_MAX);
+        assert!(all[STAGES_MAX - 1].is_last);
     }
 
     #[test]

@@ -1,19 +1,31 @@
 //! The samples that a fit works on.
 
-use alloc::vec::Vec;
+use super::bounded::Bounded;
 
 /// A record of fixed capacity whose front can be given up.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Record {
-    samples: Vec<f64>,
+    samples: Bounded<f64>,
     capacity: usize,
     /// Samples given up in front.
     given_up: u64,
 }
 
 impl Record {
-    pub(super) fn new(capacity: usize) -> Self {
-        Self { samples: Vec::with_capacity(capacity), capacity, given_up: 0 }
+    /// An empty record with room for so many samples.
+    pub(super) fn new(room: usize) -> Self {
+        Self { samples: Bounded::new(room), capacity: room, given_up: 0 }
+    }
+
+    /// Starts afresh with a capacity that there is room for; false, and nothing done, when there
+    /// is none.
+    pub(super) fn restart(&mut self, capacity: usize) -> bool {
+        let fits = capacity <= self.samples.room();
+        if fits {
+            self.samples.clear();
+            (self.capacity, self.given_up) = (capacity, 0);
+        }
+        fits
     }
 
     /// What is kept, oldest first.
@@ -27,29 +39,27 @@ impl Record {
     }
 
     pub(super) fn is_full(&self) -> bool {
-        self.samples.len() == self.capacity
+        self.samples.len() >= self.capacity
     }
 
     /// Keeps a sample; whoever pushes makes room first.
     pub(super) fn push(&mut self, sample: f64) {
-        debug_assert!(!self.is_full(), "room was made");
-        self.samples.push(sample);
+        let kept = self.samples.push(sample);
+        debug_assert!(kept, "room was made");
     }
 
-    /// Gives up the oldest `count` samples and returns the sum of those that were there, and how
-    /// many.
-    pub(super) fn give_up(&mut self, count: usize) -> usize {
+    /// Gives up the oldest `count` samples, or all there are.
+    pub(super) fn give_up(&mut self, count: usize) {
         let count = count.min(self.samples.len());
-        self.samples.drain(..count);
+        self.samples.give_up(count);
         self.given_up += count as u64;
-        count
     }
 }
 
 /// Means of `count` samples at a time; of those where one is missing, none.
-pub(super) fn averages(samples: &[f64], count: usize) -> Vec<f64> {
+pub(super) fn averages(samples: &[f64], count: usize) -> impl Iterator<Item = f64> {
     let share = 1.0 / count.max(1) as f64;
-    samples.chunks_exact(count.max(1)).map(|few| few.iter().sum::<f64>() * share).collect()
+    samples.chunks_exact(count.max(1)).map(move |few| few.iter().sum::<f64>() * share)
 }
 
 /// Mean of the samples that are there; none when none are.

@@ -3,10 +3,11 @@
 use super::pass::Budget;
 use super::problem::{Problem, Unknowns};
 use super::walk::Walk;
-use alloc::vec::Vec;
 
 /// Lengths of the windows whose mean is tested, samples.
 const LENGTHS: [usize; 5] = [8, 32, 128, 512, 1024];
+/// Sums kept: those that the longest window reaches back to, and the last one.
+const SUMS: usize = 1025;
 /// Length of the blocks whose mean square is tested, s.
 const BLOCK_S: f64 = 5.0;
 
@@ -28,8 +29,8 @@ pub(super) struct Leftover {
 pub(super) struct Inspection {
     walk: Walk,
     at: usize,
-    /// Sums of the residuals over √R up to each sample that was there.
-    sums: Vec<f64>,
+    /// Sums of the residuals over √R up to each sample that was there, in a ring.
+    sums: [f64; SUMS],
     block: usize,
     block_squares: f64,
     leftover: Leftover,
@@ -46,7 +47,7 @@ impl Inspection {
         Self {
             walk: Walk::new(problem, u),
             at: 0,
-            sums: Vec::from([0.0]),
+            sums: [0.0; SUMS],
             block,
             block_squares: 0.0,
             leftover: Leftover::default(),
@@ -79,12 +80,12 @@ impl Inspection {
     }
 
     fn weigh(&mut self, residual: f64) {
-        let sum = self.sums.last().copied().unwrap_or_default() + residual;
-        self.sums.push(sum);
-        let count = self.sums.len() - 1;
+        let sum = self.sums[self.leftover.samples % SUMS] + residual;
+        let count = self.leftover.samples + 1;
+        self.sums[count % SUMS] = sum;
         for length in LENGTHS {
-            if let Some(before) = count.checked_sub(length).and_then(|k| self.sums.get(k)) {
-                let mean = (sum - before).abs() / libm::sqrt(length as f64);
+            if let Some(before) = count.checked_sub(length) {
+                let mean = (sum - self.sums[before % SUMS]).abs() / libm::sqrt(length as f64);
                 self.leftover.mean_max = self.leftover.mean_max.max(mean);
             }
         }

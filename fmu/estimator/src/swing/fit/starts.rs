@@ -2,14 +2,13 @@
 
 use super::problem::{EX, G1, G2, P, Problem, Unknowns};
 use crate::swing::amplitude::Leak;
-use alloc::vec::Vec;
 use core::f64::consts::TAU;
 
 /// Guesses at the hidden component of the swing: sizes as shares of the swing, and phases of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hypotheses {
     pub(super) levels: &'static [f64],
-    pub(super) phases: u32,
+    pub(super) phases: usize,
 }
 
 impl Hypotheses {
@@ -19,6 +18,19 @@ impl Hypotheses {
     pub(super) const DENSE: Self = Self { levels: &[0.1, 0.25, 0.5, 0.75, 1.0, 1.3], phases: 12 };
     /// The zero one alone.
     pub(super) const NONE: Self = Self { levels: &[], phases: 0 };
+
+    /// Starts, with the zero one.
+    pub(super) const fn count(self) -> usize {
+        1 + self.levels.len() * self.phases
+    }
+
+    /// Guess `k` of those that are not zero, of a swing with this rate.
+    fn hidden(self, k: usize, rate_rad_s: f64) -> Amplitude {
+        let level = self.levels.get(k / self.phases).copied().unwrap_or_default();
+        let rate = level * rate_rad_s;
+        let angle = TAU * (k % self.phases) as f64 / self.phases as f64;
+        Amplitude { re: rate * libm::cos(angle), im: rate * libm::sin(angle) }
+    }
 }
 
 /// A complex amplitude C, for the oscillation Re(C·exp(iωt)).
@@ -40,32 +52,23 @@ impl Amplitude {
 /// The rate along the direction m in which the gyro sits askew is the leak over ε: C_m. That along
 /// o, a quarter turn from m, is hidden: C_o is guessed. The vertical follows from e′ = R₉₀·ω, so
 /// e = Re(C_m/iω)·o − Re(C_o/iω)·m.
-pub(super) fn starts(
-    problem: &Problem,
+pub(super) fn starts<'a>(
+    problem: &'a Problem,
     leak: &Leak,
     swing_rad: f64,
     hypotheses: Hypotheses,
-) -> Vec<Unknowns> {
+) -> impl DoubleEndedIterator<Item = Unknowns> + use<'a> {
     let [g1, g2] = [problem.mean[G1], problem.mean[G2]];
     let askew = libm::hypot(g1, g2);
     let m = [g1 / askew, g2 / askew];
     let [c, s] = leak.coefficients_rad_s;
     let seen = Amplitude { re: c / askew, im: -s / askew };
     let frequency = leak.frequency_rad_s;
-    let start = |hidden| start(problem, m, frequency, seen, hidden);
-    let mut starts = Vec::with_capacity(1 + hypotheses.levels.len() * hypotheses.phases as usize);
-    starts.push(start(Amplitude { re: 0.0, im: 0.0 }));
-    for level in hypotheses.levels {
-        let rate = level * swing_rad * frequency;
-        for phase in 0..hypotheses.phases {
-            let angle = TAU * f64::from(phase) / f64::from(hypotheses.phases);
-            starts.push(start(Amplitude {
-                re: rate * libm::cos(angle),
-                im: rate * libm::sin(angle),
-            }));
-        }
-    }
-    starts
+    let none = Amplitude { re: 0.0, im: 0.0 };
+    (0..hypotheses.count()).map(move |k| {
+        let hidden = k.checked_sub(1).map_or(none, |k| hypotheses.hidden(k, swing_rad * frequency));
+        start(problem, m, frequency, seen, hidden)
+    })
 }
 
 fn start(
@@ -91,6 +94,7 @@ mod tests {
     use super::*;
     use crate::swing::fit::problem::tests::{config, problem};
     use crate::swing::fit::walk::Walk;
+    use std::vec::Vec;
 
     /// The rates that a start predicts, without torsion and bias.
     fn predicted(problem: &Problem, u: &Unknowns) -> Vec<f64> {
@@ -114,7 +118,7 @@ mod tests {
         let (c, s) = (0.6, -0.8);
         let size = config.axis.tilt_rad() * frequency * swing_rad;
         let leak = Leak { frequency_rad_s: frequency, coefficients_rad_s: [c * size, s * size] };
-        let all = starts(&problem, &leak, swing_rad, Hypotheses::STANDARD);
+        let all: Vec<_> = starts(&problem, &leak, swing_rad, Hypotheses::STANDARD).collect();
         assert_eq!(all.len(), 25);
         for u in &all {
             for (k, rate) in predicted(&problem, u).into_iter().enumerate() {
@@ -129,11 +133,11 @@ mod tests {
     fn what_is_hidden_differs_from_start_to_start() {
         let problem = problem();
         let leak = Leak { frequency_rad_s: 9.9, coefficients_rad_s: [1e-3, 0.0] };
-        let all = starts(&problem, &leak, 0.1, Hypotheses::DENSE);
+        let all: Vec<_> = starts(&problem, &leak, 0.1, Hypotheses::DENSE).collect();
         assert_eq!(all.len(), 73);
         for (i, a) in all.iter().enumerate() {
             assert!(all[..i].iter().all(|b| a.map(f64::to_bits) != b.map(f64::to_bits)), "{i}");
         }
-        assert_eq!(starts(&problem, &leak, 0.1, Hypotheses::NONE).len(), 1);
+        assert_eq!(starts(&problem, &leak, 0.1, Hypotheses::NONE).count(), 1);
     }
 }
