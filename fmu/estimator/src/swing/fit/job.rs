@@ -2,21 +2,21 @@
 
 use super::AcceptedFit;
 use super::bounded::Bounded;
-use super::levenberg::{Descending, Descent};
+use super::levenberg::{Descending, Descent, Ground};
 use super::modes::prune;
 use super::outcome::{FitOutcome, Progress, Rejection};
 use super::pass::{Budget, Pass};
 use super::plan::{
-    COST_HOPELESS, DENSE_SWING, Plan, RESTART_RATE_SIGMA_RAD_S, RESTART_TWIST_SIGMA_RAD,
-    STARTS_MAX, SWING_SIGMA_MIN_RAD, Stage,
+    COST_HOPELESS, DENSE_SWING, HOPELESS_CUTS, Plan, RESTART_RATE_SIGMA_RAD_S,
+    RESTART_TWIST_SIGMA_RAD, STARTS_MAX, SWING_SIGMA_MIN_RAD, Stage,
 };
 use super::problem::{Problem, WindowStart, first_start};
 use super::record::{Record, averages, mean};
 use super::residuals::Inspection;
 use super::starts::{Hypotheses, starts};
 use super::verdict::Verdict;
-use crate::config::{ConfigError, judge, positive};
 use crate::StartPrior;
+use crate::config::{ConfigError, judge, positive};
 use crate::swing::SwingConfig;
 use crate::swing::amplitude::{Leak, SWING_PRESENT_RAD, SwingMeter};
 
@@ -54,7 +54,8 @@ enum Phase {
 ///
 /// The component of the swing that the gyro does not see enters the twist's rate quadratically, so
 /// the cost has many valleys; a filter that is linearised at one point commits to one of them,
-/// mostly a wrong one. The fit descends into all of them and keeps what fits. No claim is made
+/// mostly a wrong one. The fit descends into all of them and keeps what fits; a descent that does
+/// not even promise to come near the best is not finished. No claim is made
 /// unless what is left passes for noise.
 ///
 /// It is a job done in pieces: [`push`](Self::push) takes a sample and does nothing else,
@@ -327,9 +328,11 @@ impl SwingFit {
         let Some(problem) = &self.problem else {
             return self.give_up(Rejection::NoMotion);
         };
-        let given = (problem, &*self.window);
         while let Some(descent) = self.waiting.last_mut() {
-            match descent.advance(&mut self.trial, given, stage.patience, budget) {
+            let hopeless = hopeless(&self.ends, &stage);
+            let (samples, patience) = (&*self.window, stage.patience);
+            let ground = Ground { problem, samples, patience, hopeless };
+            match descent.advance(&mut self.trial, &ground, budget) {
                 Descending::Budget => return Some(Progress::Working),
                 Descending::Done => self.ends.extend(self.waiting.pop().into_iter()),
                 Descending::Lost => drop(self.waiting.pop()),
@@ -396,9 +399,12 @@ impl SwingFit {
         self.ends.clear();
     }
 
-    /// Gives the try up: the denser starts come next, and after them a later window.
+    /// Gives the try up: the denser starts come next, and after them a later window. Where the cost
+    /// is that of noise, or samples are missing, other starts would find the same.
     fn give_up(&mut self, rejection: Rejection) -> Option<Progress> {
-        if self.dense || self.choice != FitStarts::All {
+        let is_no_valley =
+            matches!(rejection, Rejection::Leftover { .. } | Rejection::TooManyMissing { .. });
+        if self.dense || self.choice != FitStarts::All || is_no_valley {
             self.move_on(rejection);
         } else {
             self.rejected = Some(rejection);
@@ -428,6 +434,16 @@ impl SwingFit {
         self.rejected = Some(rejection);
         self.collect(false);
     }
+}
+
+/// Cost of a bottom that would not be kept beside these ends. In the last window rivals of the best
+/// end decide whether it is taken: none is given up.
+fn hopeless(ends: &[Descent], stage: &Stage) -> f64 {
+    if stage.is_last {
+        return f64::INFINITY;
+    }
+    let least = ends.iter().map(|end| end.best().cost()).fold(f64::INFINITY, f64::min);
+    least + HOPELESS_CUTS * stage.cut.cost
 }
 
 /// Why nothing can be fitted, whatever is measured; none when it can.

@@ -14,9 +14,10 @@ const DENSE_WINDOW_S: f64 = 4.0;
 const PERIOD_SHARE: f64 = 0.25;
 /// Longest window, s.
 const WINDOW_MAX_S: f64 = 960.0;
-/// What is kept of a window: everything distinct of the first ones, then less and less.
+/// What is kept of a window: nearly everything distinct of the first ones, then less and less. In
+/// the first one few have come to the bottom of their valley.
 const CUTS: [Cut; 4] = [
-    Cut { cost: f64::INFINITY, count: 25 },
+    Cut { cost: 2000.0, count: 25 },
     Cut { cost: 400.0, count: 25 },
     Cut { cost: 400.0, count: 10 },
     Cut { cost: 60.0, count: 4 },
@@ -45,6 +46,9 @@ pub(super) const SWING_SIGMA_MIN_RAD: f64 = 0.1 * DEG;
 /// What the spread is raised by for the dense retry.
 pub(super) const DENSE_SWING: f64 = 1.5;
 
+/// How many times the cut above the best end a descent must promise to stay to be given up on its
+/// way: what it promises holds for a bowl, and a valley bends.
+pub(super) const HOPELESS_CUTS: f64 = 4.0;
 /// Largest cost per sample of a fit that is taken.
 pub(super) const COST_MAX: f64 = 1.12;
 /// Cost per sample of the best end of a window beyond which longer windows cannot mend it.

@@ -24,10 +24,10 @@ impl Hypotheses {
         1 + self.levels.len() * self.phases
     }
 
-    /// Guess `k` of those that are not zero, of a swing with this rate.
-    fn hidden(self, k: usize, rate_rad_s: f64) -> Amplitude {
+    /// Guess `k` of those that are not zero, of a swing of this size and frequency.
+    fn hidden(self, k: usize, swing_rad: f64, frequency_rad_s: f64) -> Amplitude {
         let level = self.levels.get(k / self.phases).copied().unwrap_or_default();
-        let rate = level * rate_rad_s;
+        let rate = level * swing_rad * frequency_rad_s;
         let angle = TAU * (k % self.phases) as f64 / self.phases as f64;
         Amplitude { re: rate * libm::cos(angle), im: rate * libm::sin(angle) }
     }
@@ -66,7 +66,7 @@ pub(super) fn starts<'a>(
     let frequency = leak.frequency_rad_s;
     let none = Amplitude { re: 0.0, im: 0.0 };
     (0..hypotheses.count()).map(move |k| {
-        let hidden = k.checked_sub(1).map_or(none, |k| hypotheses.hidden(k, swing_rad * frequency));
+        let hidden = k.checked_sub(1).map_or(none, |k| hypotheses.hidden(k, swing_rad, frequency));
         start(problem, m, frequency, seen, hidden)
     })
 }
