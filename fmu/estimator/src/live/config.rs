@@ -2,7 +2,7 @@
 
 use super::fallback::SwingScale;
 use crate::config::{ConfigError, judge, not_negative, positive};
-use crate::{AugmentedConfig, InnovationTest, SwingConfig};
+use crate::{AugmentedConfig, GyroRange, InnovationTest, InputAxis, StartPrior, SwingConfig};
 
 /// One degree, rad.
 const DEG: f64 = core::f64::consts::PI / 180.0;
@@ -105,8 +105,22 @@ impl LiveConfig {
         self.quantiser.map_or(Ok(()), |quantiser| quantiser.validate())
     }
 
-    /// The filter of pure torsion, told of the quantiser.
+    /// The filter of pure torsion, told of the quantiser and of the rate about the body's axis.
     pub(super) fn torsion(&self) -> AugmentedConfig {
+        about_body(&self.measured(), self.gain())
+    }
+
+    /// Rate about the body's axis over the rate that the gyro measures of it, one over the cosine
+    /// of the misalignment. Of an axis not calibrated nothing better than one is known.
+    pub(super) fn gain(&self) -> f64 {
+        self.swing.filter(|swing| is_calibrated(&swing.axis)).map_or(1.0, |swing| {
+            let [x, y] = swing.axis.tilt_b_rad;
+            1.0 / libm::sqrt(1.0 - x * x - y * y)
+        })
+    }
+
+    /// The noise and the start belief of what is measured, told of the quantiser.
+    pub(super) fn measured(&self) -> AugmentedConfig {
         let under_dithered = self.quantiser.is_some_and(|quantiser| quantiser.is_under_dithered());
         let factor = if under_dithered { UNDER_DITHERED_VARIANCE } else { 1.0 };
         let measurement_variance_rad2_s2 = factor * self.torsion.measurement_variance_rad2_s2;
@@ -115,7 +129,7 @@ impl LiveConfig {
 
     /// The filter of the swinging body, in agreement with that of pure torsion.
     pub(super) fn swing(&self) -> Option<SwingConfig> {
-        let torsion = self.torsion();
+        let torsion = self.measured();
         self.swing.map(|swing| SwingConfig {
             start: torsion.start,
             measurement_variance_rad2_s2: torsion.measurement_variance_rad2_s2,
@@ -135,5 +149,34 @@ impl LiveConfig {
                 inertia_split: ((a - b).abs() / c).min(1.0),
             }
         })
+    }
+}
+
+/// Misalignment over its own standard deviation below which the axis is not calibrated.
+pub(super) const CALIBRATED_SIGMAS: f64 = 3.0;
+
+/// Whether the misalignment is known well enough to reckon with.
+pub(super) fn is_calibrated(axis: &InputAxis) -> bool {
+    let tilt_rad = axis.tilt_rad();
+    tilt_rad > 0.0 && tilt_rad >= CALIBRATED_SIGMAS * axis.tilt_sigma_rad
+}
+
+/// The same belief, noise and range of readings that have been multiplied by `gain`.
+fn about_body(config: &AugmentedConfig, gain: f64) -> AugmentedConfig {
+    let (start, gain2) = (config.start, gain * gain);
+    let range = config.range.map(|range| GyroRange {
+        limit_rad_s: gain * range.limit_rad_s,
+        margin_rad_s: gain * range.margin_rad_s,
+    });
+    AugmentedConfig {
+        start: StartPrior {
+            bias_rad_s: gain * start.bias_rad_s,
+            bias_sigma_rad_s: gain * start.bias_sigma_rad_s,
+            ..start
+        },
+        measurement_variance_rad2_s2: gain2 * config.measurement_variance_rad2_s2,
+        bias_walk_rad2_s3: gain2 * config.bias_walk_rad2_s3,
+        range,
+        ..*config
     }
 }

@@ -56,6 +56,9 @@ pub(super) struct Setup {
     test: InnovationTest,
     /// Sample period, s, and steps of work in each.
     pub(super) pace: (f64, u32),
+    /// What a reading is multiplied by to be the rate about the body's axis, where the swing is
+    /// not reckoned with otherwise.
+    pub(super) gain: f64,
     /// Least measured rate that is over range, rad/s.
     edge_rad_s: f64,
     warnings: [Option<LiveWarning>; 2],
@@ -100,7 +103,10 @@ pub(super) enum Phase {
 ///
 /// It swings: a bound from [`SwingFallback`] while a fit is under way, then the filter of the
 /// swinging body. The thread yields: the [`HysteresisBank`]. It has come to rest: back again.
-/// While nothing of that happens the estimate is [`TestedFilter`]'s, bit for bit.
+/// While nothing of that happens the estimate is [`TestedFilter`]'s, bit for bit. A gyro that is
+/// known to sit askew by ε sees cos ε of the rate: its readings are divided by that for every
+/// filter that does not have the axis in its model, and R, bias and range are meant of what was
+/// measured.
 ///
 /// The work of a fit is dealt out over the updates, a fixed number of steps in each, so that no
 /// update takes long and the same record gives the same estimate whatever the machine.
@@ -149,7 +155,7 @@ impl LiveEstimator {
         config.validate()?;
         let (torsion, swing) = (config.torsion(), config.swing());
         let filter = TestedFilter::new(&torsion, &config.test)?;
-        let r_rad2_s2 = torsion.measurement_variance_rad2_s2;
+        let r_rad2_s2 = config.measured().measurement_variance_rad2_s2;
         let eye = SwingEye::new(swing.as_ref(), r_rad2_s2, config.sample_period_s)?;
         let tape_s = window_s(torsion.start.period_s) + TAPE_SLACK_S;
         let samples = libm::ceil(tape_s / config.sample_period_s).clamp(1.0, 1e8);
@@ -163,7 +169,8 @@ impl LiveEstimator {
             swing_max_rad: config.swing_max_rad,
             test: config.test,
             pace: (config.sample_period_s, config.work_per_sample),
-            edge_rad_s: torsion.range.map_or(f64::INFINITY, |range| range.edges_rad_s().1),
+            gain: config.gain(),
+            edge_rad_s: config.torsion.range.map_or(f64::INFINITY, |range| range.edges_rad_s().1),
             warnings: [
                 under_dithered.then_some(LiveWarning::QuantiserUnderDithered),
                 blurred.then_some(LiveWarning::AxisNotCalibrated),
@@ -207,17 +214,19 @@ impl LiveEstimator {
 impl LiveEstimator {
     /// One call on whoever speaks, and on whoever listens while it speaks.
     fn ask(&mut self, call: Call) -> Result<Option<Innovation>, EstimatorError> {
+        let gain = self.setup.gain;
         match &mut self.phase {
             Phase::Torsion => {
+                let call = call.scaled(gain)?;
                 let answer = call.on(&mut self.torsion)?;
                 // The bank goes on with the members that are left; without any it stands still.
                 let of_bank = call.on(&mut self.bank);
                 Ok(if self.clock.yields { of_bank.unwrap_or(answer) } else { answer })
             }
-            Phase::Fitting(_) | Phase::Unseen => call.on(&mut self.fallback),
+            Phase::Fitting(_) | Phase::Unseen => call.scaled(gain)?.on(&mut self.fallback),
             Phase::Swinging(filter) => match call.on(filter.as_mut()) {
                 Err(EstimatorError::TiltTooLarge | EstimatorError::SpanTooLong { .. }) => {
-                    self.ask_fallback(call)
+                    self.ask_fallback(call.scaled(gain)?)
                 }
                 answer => {
                     if let Ok(Some(innovation)) = &answer {
@@ -257,6 +266,18 @@ enum Call {
 }
 
 impl Call {
+    /// The same with a reading multiplied by `gain`.
+    #[inline(always)]
+    fn scaled(self, gain: f64) -> Result<Self, EstimatorError> {
+        Ok(match self {
+            Self::Predict(span_s) => Self::Predict(span_s),
+            Self::Update(rate_rad_s) => Self::Update(in_range(gain * rate_rad_s)?),
+            Self::UpdateOverRange(rate_rad_s) => {
+                Self::UpdateOverRange(in_range(gain * rate_rad_s)?)
+            }
+        })
+    }
+
     #[inline(always)]
     fn on(self, estimator: &mut impl RateEstimator) -> Result<Option<Innovation>, EstimatorError> {
         match self {

@@ -1,5 +1,6 @@
 //! Whether the body swings, as far as the measured rate shows it.
 
+use super::config::{CALIBRATED_SIGMAS, is_calibrated};
 use super::noise::RateNoise;
 use super::tape::Sample;
 use crate::config::ConfigError;
@@ -19,8 +20,6 @@ const WINDOWS_SEEN: u32 = 3;
 /// Windows in a row that must show none until it counts as gone: 25 s, in which a swing across
 /// the axis, which leaks nothing, is turned into sight.
 const WINDOWS_CALM: u32 = 18;
-/// Misalignment over its own standard deviation below which the axis is not calibrated.
-const CALIBRATED_SIGMAS: f64 = 3.0;
 /// Excess of the variance over R from which on an unknown body counts as swinging, and below which
 /// it is calm. Sixty samples of noise alone exceed twice R once in a million blocks.
 const SHAKEN: (f64, f64) = (3.0, 2.0);
@@ -96,7 +95,7 @@ impl SwingEye {
     /// Looks for the swing of a declared body, unless the gyro's axis is the body's for certain.
     fn look_along(&mut self, swing: &SwingConfig) -> Result<(), ConfigError> {
         let (tilt_rad, sigma_rad) = (swing.axis.tilt_rad(), swing.axis.tilt_sigma_rad);
-        let is_sharp = tilt_rad > 0.0 && tilt_rad >= CALIBRATED_SIGMAS * sigma_rad;
+        let is_sharp = is_calibrated(&swing.axis);
         // Of an axis not calibrated the most that it may be off: the least swing.
         let most_rad = tilt_rad + if is_sharp { 0.0 } else { CALIBRATED_SIGMAS * sigma_rad };
         if most_rad <= 0.0 {

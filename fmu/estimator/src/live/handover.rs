@@ -49,6 +49,17 @@ pub(super) fn torsion_of(belief: &SwingBelief) -> Result<State, EstimatorError> 
     Ok(State::from_rows([-s * twist, rate, s, d, bias], &rows))
 }
 
+/// The same belief of readings that have been multiplied by `gain`: their bias is as much larger.
+pub(super) fn with_gain(state: State, gain: f64) -> State {
+    let mut scaled = state;
+    scaled.mean.bias *= gain;
+    for cross in [&mut scaled.p.ab, &mut scaled.p.wb, &mut scaled.p.sb, &mut scaled.p.db] {
+        *cross *= gain;
+    }
+    scaled.p.bb *= gain * gain;
+    scaled
+}
+
 /// The same belief with an angle less certain by `sigma_rad`.
 pub(super) fn blurred(state: State, sigma_rad: f64) -> State {
     let mut blurred = state;
@@ -104,6 +115,9 @@ mod tests {
         assert!(close(state.p.aa, 1e-4 * 1e-6 + 2.0 * 0.03 * 5e-7 + 9.0 * 3e-6), "{}", state.p.aa);
         assert!(close(state.p.as_, -0.01 * 5e-7 - 3.0 * 3e-6));
         assert!(close(state.p.ab, -0.01 * 2e-7));
+        let scaled = with_gain(state, 2.0);
+        assert!(close(scaled.p.bb, 2e-5) && close(scaled.p.ab, 2.0 * state.p.ab));
+        assert!(close(scaled.mean.bias, 4e-4) && close(scaled.p.aa, state.p.aa));
         assert!(close(state.p.bb, 5e-6) && close(state.p.ww, 2e-6) && close(state.p.dd, 4e-6));
         let prior = prior_of(&state, &state);
         // And back: the angle's deviation is that of the twist.

@@ -2,7 +2,7 @@
 
 use super::estimator::{Clock, LiveEstimator, Phase};
 use super::eye::Sight;
-use super::handover::{blurred, prior_of, torsion_of};
+use super::handover::{blurred, prior_of, torsion_of, with_gain};
 use super::pursuit::{News, Pursuit};
 use super::tape::{Anchors, Sample};
 use crate::augmented::State;
@@ -113,10 +113,23 @@ impl LiveEstimator {
             self.begin_fallback(self.torsion.filter().state());
         }
         let from_start = self.eye.has_never_been_calm() && self.tape.oldest() == 1;
-        if from_start {
-            return self.pursue(self.setup.torsion.start, 1);
+        let declared = self.setup.swing.filter(|_| from_start);
+        if let Some(swing) = declared {
+            return self.pursue(swing.start, 1);
         }
-        self.pursue(prior_of(&self.fallback.state(), &anchor.state), self.tape.last())
+        self.pursue(self.measured_prior(anchor.state), self.tape.last())
+    }
+
+    /// The fallback's belief with the parameters of `learnt`, as it is of what the gyro measures.
+    fn measured_prior(&self, learnt: State) -> StartPrior {
+        let measured = |state| with_gain(state, 1.0 / self.setup.gain);
+        prior_of(&measured(self.fallback.state()), &measured(learnt))
+    }
+
+    /// What the filter of the swinging body believes of the torsion, as it is of the rate about the
+    /// body's axis.
+    fn torsion_of(&self, filter: &SwingFilter) -> Result<State, EstimatorError> {
+        torsion_of(&filter.swing_belief()).map(|state| with_gain(state, self.setup.gain))
     }
 
     /// Starts the fallback from a belief of now. One that it refuses leaves it where it stood.
@@ -136,7 +149,7 @@ impl LiveEstimator {
             let Some(sample) = self.tape.get(number) else { continue };
             fallback.predict(sample.span_s)?;
             if let Some(rate_rad_s) = sample.rate_rad_s {
-                fallback.update(rate_rad_s)?;
+                fallback.update(self.setup.gain * rate_rad_s)?;
             }
         }
         self.fallback = fallback;
@@ -161,8 +174,8 @@ impl LiveEstimator {
 
     /// A fit from now on, from the fallback's belief.
     pub(super) fn pursue_afresh(&mut self) -> Phase {
-        let learnt = self.anchors.oldest().state;
-        self.pursue(prior_of(&self.fallback.state(), &learnt), self.tape.last() + 1)
+        let prior = self.measured_prior(self.anchors.oldest().state);
+        self.pursue(prior, self.tape.last() + 1)
     }
 
     /// The phase after a sample while it swings.
@@ -196,7 +209,7 @@ impl LiveEstimator {
 
     fn after_following(&mut self, filter: Box<SwingFilter>) -> Phase {
         if self.eye.is_calm() && filter.amplitude_rad() < self.eye.gone_rad() {
-            let state = torsion_of(&filter.swing_belief());
+            let state = self.torsion_of(&filter);
             self.spares.filter = Some(filter);
             // What is no belief of a filter of pure torsion leaves the bound.
             return self.end_swing(state.unwrap_or_else(|_| self.fallback.state()));
@@ -211,7 +224,7 @@ impl LiveEstimator {
     /// The filter of the swinging body has lost the motion: what it believed of the twist is where
     /// the fallback starts, less certain by what it may be wrong.
     pub(super) fn fall_back(&mut self, filter: Box<SwingFilter>) {
-        let from = torsion_of(&filter.swing_belief()).map(|state| blurred(state, LOST_RAD));
+        let from = self.torsion_of(&filter).map(|state| blurred(state, LOST_RAD));
         self.spares.filter = Some(filter);
         self.begin_fallback(from.unwrap_or_else(|_| self.torsion.filter().state()));
     }
