@@ -2,8 +2,9 @@
 //! allocate nothing: not in a step, not in an alarm with its roll-back, not when they are saved.
 
 use struna_estimator::{
-    AugmentedConfig, FixedLag, HysteresisBank, InnovationTest, InputAxis, RateEstimator, SWING_STATES,
-    StartPrior, SwingBelief, SwingBody, SwingConfig, SwingFilter, TestedFilter, ThreeAxisFilter,
+    AugmentedConfig, FixedLag, HysteresisBank, InnovationTest, InputAxis, RateEstimator,
+    SWING_STATES, StartPrior, SwingBelief, SwingBody, SwingConfig, SwingFilter, TestedFilter,
+    ThreeAxisFilter,
 };
 
 fn config() -> AugmentedConfig {
@@ -40,8 +41,7 @@ fn no_step_and_no_roll_back_allocates() {
 
 #[test]
 fn no_step_of_a_smoother_and_no_restart_of_a_bank_allocates() {
-    let mut lagging =
-        FixedLag::new(&config(), &InnovationTest::STANDARD, 500).expect("a smoother");
+    let mut lagging = FixedLag::new(&config(), &InnovationTest::STANDARD, 500).expect("a smoother");
     let mut bank = HysteresisBank::new(&config()).expect("a bank");
     let mut bytes = vec![0; lagging.saved_len()];
     let before = ALLOCATIONS.get();

@@ -437,6 +437,31 @@ mod tests {
     }
 
     #[test]
+    fn each_state_becomes_less_certain_by_its_own_walk_and_the_friction_by_its_law() {
+        let friction = Friction::of(OMEGA, 1e-12, 1e-16);
+        let (q, h) = (&friction.q, 10.0);
+        let (s, f) = (OMEGA * OMEGA, 0.4 * OMEGA * OMEGA);
+        let ln = [libm::log(10.0 * s), libm::log(f)];
+        // All is known, and the thread is in balance: nothing moves.
+        let still = [0.3 * f, 0.0, s, 0.0, 1e-3, 0.3 * f, ln[0], ln[1]];
+        let at = |mean| DahlState { mean, p: [[0.0; N]; N] }.stepped(h, &friction);
+        let grown = at(still).p;
+        let walks = [(BIAS, q.bias), (U, q.torque), (LN_KH, q.logarithms), (LN_F, q.logarithms)];
+        for (state, density) in walks {
+            assert!((grown[state][state] / (density * h) - 1.0).abs() < 1e-12, "state {state}");
+        }
+        // The rate walks by the acceleration, ∫cos² Ωt over the tenth of a radian.
+        let share = grown[RATE][RATE] / (q.acceleration * h);
+        assert!((0.99..1.0).contains(&share), "{share}");
+        // It turns, and the friction changes.
+        let later = at([0.0, 0.01, s, 0.0, 0.0, 0.0, ln[0], ln[1]]);
+        let change = later.mean[U].abs();
+        assert!(change > 0.1 * f, "{change}");
+        let law = 0.04 * f * change;
+        assert!(((later.p[U][U] - q.torque * h) / law - 1.0).abs() < 1e-9, "{}", later.p[U][U]);
+    }
+
+    #[test]
     fn a_span_may_be_walked_in_any_number_of_calls() {
         let friction = Friction::of(OMEGA, 1e-12, 1e-16);
         for (_, mean) in cases() {

@@ -58,6 +58,26 @@ fn a_restored_estimator_continues_bit_for_bit() {
 }
 
 #[test]
+fn a_bank_that_starts_afresh_is_a_new_one_bit_for_bit() {
+    let other = config(START_DEG + 20.0);
+    let mut fresh = HysteresisBank::new(&other).unwrap();
+    let mut again = bank();
+    // Through an alarm, and with checkpoints behind it.
+    drive(&mut again, &mut truth(), 0..1500);
+    again.predict(0.004).unwrap();
+    assert!(again.alarms() > 0, "the kick raised an alarm");
+    again.restart(&other).unwrap();
+    assert_eq!(saved(&again), saved(&fresh));
+    drive(&mut fresh, &mut truth(), 0..1500);
+    drive(&mut again, &mut truth(), 0..1500);
+    assert_eq!(saved(&again), saved(&fresh));
+    assert_eq!(again.belief(), fresh.belief());
+    let bad = AugmentedConfig { measurement_variance_rad2_s2: 0.0, ..other };
+    assert!(again.restart(&bad).is_err());
+    assert_eq!(saved(&again), saved(&fresh), "a refusal changes nothing");
+}
+
+#[test]
 fn a_refused_call_changes_nothing() {
     for (name, mut estimator) in all() {
         drive(estimator.as_mut(), &mut truth(), 0..400);
