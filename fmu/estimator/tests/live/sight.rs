@@ -112,7 +112,8 @@ fn an_under_dithered_quantiser_is_warned_of_and_reckoned_with() {
         ([].as_slice(), [LiveWarning::QuantiserUnderDithered].as_slice(),)
     );
     // S = H·P·Hᵀ + R: nine more R, to the rounding of the sums, of the rate about the body's axis.
-    let [x, y] = Run::of(&Case { seconds: 1, ..Case::STILL }).config.swing.unwrap().axis.tilt_b_rad;
+    let declared = Run::of(&Case { seconds: 1, ..Case::STILL }).config.swing.unwrap();
+    let [x, y] = declared.axis.tilt_b_rad;
     let r_rad2_s2 = R_RAD2_S2 / (1.0 - x * x - y * y);
     assert!(((coarse_rad2_s2 - fine_rad2_s2) / (9.0 * r_rad2_s2) - 1.0).abs() < 1e-9);
 }

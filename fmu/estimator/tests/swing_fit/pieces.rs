@@ -58,8 +58,7 @@ fn thousands(case: &Case) -> (u32, u32) {
     while fit.work(1000) == Progress::Working {
         thousands += 1;
     }
-    let restarts = accepted(&fit).map(|fit| fit.restarts);
-    (thousands, restarts.unwrap_or_else(|| panic!("{:?}", fit.outcome())))
+    (thousands, accepted(&fit).unwrap().restarts)
 }
 
 #[test]
