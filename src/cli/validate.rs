@@ -9,7 +9,7 @@ pub struct Validate {
     /// Suite to run
     #[arg(long, value_enum, value_name = "NAME", default_value = "limits")]
     pub suite: ValidateSuite,
-    /// Runs of each cell; each suite has its own number, 40 to 200
+    /// Runs of each cell; each suite has its own number, 100 to 1000
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub runs: Option<u32>,
     /// Folder for rows.csv, rows.parquet, report.html and junit.xml

@@ -3,15 +3,71 @@
 use super::contestant::TrueState;
 use super::row::{Column, Row};
 use super::torsion::STEP_S;
+use statrs::function::erf::erfc;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use struna_estimator::AugmentedConfig;
 use struna_kernel::RAD_PER_DEG;
+
+/// What one measured rate can tell of the true one at most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Information {
+    /// As much as one with white noise of this variance, rad²/s².
+    White(f64),
+    /// As much as some samples that are rounded to counts, each with normal noise before that.
+    Counts {
+        /// One count, rad/s.
+        lsb_rad_s: f64,
+        /// Standard deviation of the noise of one sample, rad/s.
+        sigma_rad_s: f64,
+        /// Samples.
+        samples: u32,
+    },
+}
+
+impl Information {
+    /// Variance of the white noise that would leave as much, rad²/s², at a true rate, rad/s.
+    ///
+    /// Of counts it is one over Fisher's information, Σ p′²/p over the counts that can come. It
+    /// changes with the place between two counts, and is never below the variance before rounding.
+    #[must_use]
+    pub(super) fn variance_rad2_s2(&self, rate_rad_s: f64) -> f64 {
+        match *self {
+            Self::White(variance) => variance,
+            Self::Counts { lsb_rad_s, sigma_rad_s, samples } => {
+                let fisher = fisher_of_a_count(rate_rad_s / lsb_rad_s, sigma_rad_s / lsb_rad_s);
+                lsb_rad_s * lsb_rad_s / (f64::from(samples) * fisher)
+            }
+        }
+    }
+}
+
+/// Fisher's information in one count on a rate, both in counts, from noise of `sigma` counts.
+fn fisher_of_a_count(rate: f64, sigma: f64) -> f64 {
+    let place = rate - rate.round();
+    // Beyond eight sigma nothing comes.
+    let reach = (8.0 * sigma).ceil() + 1.0;
+    let below = |edge: f64| 0.5 * erfc((place - edge) / sigma * FRAC_1_SQRT_2);
+    let density =
+        |edge: f64| (-0.5 * ((edge - place) / sigma).powi(2)).exp() / (sigma * (2.0 * PI).sqrt());
+    let mut sum = 0.0;
+    let mut count = -reach;
+    while count <= reach {
+        let (low, high) = (count - 0.5, count + 0.5);
+        let share = below(high) - below(low);
+        let slope = density(low) - density(high);
+        if share > 1e-15 {
+            sum += slope * slope / share;
+        }
+        count += 1.0;
+    }
+    sum
+}
 
 /// Covariance of (φ, φ′, Ω², 2ζΩ, b) in rad and s, linearised where the body truly is: another form
 /// than the filter's, whose states are chosen for their linearity and whose place is its belief.
 ///
-/// It is the bound for a filter that is told the same prior and the same noise. A true start rate
-/// of exactly zero, of which the prior knows only that it is small, leaves filters a little better
-/// than it.
+/// It is the bound for any filter, on average over runs that are drawn from the prior, whatever a
+/// filter is told: the noise is that which the samples have.
 ///
 /// # Source
 /// The recursion for the posterior Cramér-Rao bound of Tichavský, Muravchik and Nehorai (1998),
@@ -19,7 +75,6 @@ use struna_kernel::RAD_PER_DEG;
 #[derive(Debug, Clone)]
 pub(super) struct Bound {
     p: [[f64; 5]; 5],
-    r: f64,
     q_step: f64,
     bias_step: f64,
     half_from: u32,
@@ -46,7 +101,6 @@ impl Bound {
         }
         Self {
             p,
-            r: config.measurement_variance_rad2_s2,
             q_step: config.process_noise_rad2_s3 * STEP_S,
             bias_step: config.bias_walk_rad2_s3 * STEP_S,
             half_from: samples / 2,
@@ -56,9 +110,9 @@ impl Bound {
     }
 
     /// Goes from the truth at the sample before to sample `k`, and takes its measurement in.
-    pub(super) fn step(&mut self, k: u32, before: &TrueState) {
+    pub(super) fn step(&mut self, k: u32, before: &TrueState, information: &Information) {
         self.predict(before);
-        self.update();
+        self.update(information.variance_rad2_s2(before.rate_rad_s + before.bias_rad_s));
         if k > self.half_from {
             self.sums.0 += self.p[0][0];
             self.sums.1 += self.p[1][1];
@@ -91,10 +145,10 @@ impl Bound {
     }
 
     /// P ← P − P·h·hᵀ·P/S with h = (0, 1, 0, 0, 1), kept symmetric.
-    fn update(&mut self) {
+    fn update(&mut self, r: f64) {
         let p = &mut self.p;
         let column: [f64; 5] = std::array::from_fn(|i| p[i][1] + p[i][4]);
-        let spread = column[1] + column[4] + self.r;
+        let spread = column[1] + column[4] + r;
         for i in 0..5 {
             for j in 0..=i {
                 let mean = 0.5 * (p[i][j] + p[j][i]) - column[i] * column[j] / spread;
@@ -139,12 +193,30 @@ mod tests {
         let s = (std::f64::consts::TAU / 480.0_f64).powi(2);
         let at = TrueState { angle_rad: 6.0, rate_rad_s: 0.0, s, d: 0.0, bias_rad_s: 0.0 };
         for k in 1..=864 {
-            bound.step(k, &at);
+            bound.step(k, &at, &Information::White(r));
         }
         // The start rate is unknown, and the prior of 100° counts, too.
         let slope = (12.0 * r * STEP_S / 8.64_f64.powi(3)).sqrt() / s;
         let expected = (slope.powi(-2) + start.angle_sigma_rad.powi(-2)).powf(-0.5);
         let found = bound.p[0][0].sqrt();
         assert!((found / expected - 1.0).abs() < 0.01, "{found} for {expected}");
+    }
+
+    #[test]
+    fn coarse_counts_tell_less_than_what_they_round() {
+        // Well dithered, rounding adds the variance of a uniform error: 1/12.
+        for place in [0.0, 0.25, 0.5] {
+            let found = 1.0 / fisher_of_a_count(100.0 + place, 2.0);
+            assert!((found / (4.0 + 1.0 / 12.0) - 1.0).abs() < 1e-6, "{place}: {found}");
+        }
+        // Noise of a twentieth of a count: on an edge a sample tells which side, whose information
+        // is 2/(π·σ²), and in the middle of a count it tells nothing.
+        let edge = fisher_of_a_count(0.5, 0.05) * 0.05_f64.powi(2);
+        assert!((edge / (2.0 / PI) - 1.0).abs() < 1e-9, "{edge}");
+        assert!(fisher_of_a_count(7.0, 0.05) < 1e-9);
+        // Three samples, in units.
+        let counts = Information::Counts { lsb_rad_s: 0.1, sigma_rad_s: 0.2, samples: 3 };
+        let found = counts.variance_rad2_s2(0.034);
+        assert!((found / (0.01 * (4.0 + 1.0 / 12.0) / 3.0) - 1.0).abs() < 1e-6, "{found}");
     }
 }

@@ -61,6 +61,11 @@ pub(super) trait Contestant {
         None
     }
 
+    /// Twist over which the thread yields as far as it finds, rad; none when it looks for none.
+    fn yield_rad(&self) -> Option<f64> {
+        None
+    }
+
     /// Normalised estimation error squared over all its states, and how many these are. None when
     /// its covariance is not positive definite.
     fn nees(&self, truth: &TrueState) -> Option<(f64, u32)> {

@@ -1,6 +1,6 @@
-//! Estimators told different things of the same rates, each beside the bound for what it was told.
+//! Estimators told different things of the same rates, beside the bound for what these can tell.
 
-use super::bound::Bound;
+use super::bound::{Bound, Information};
 use super::contestant::{Kind, Measured, TrueState};
 use super::race::describe_estimator;
 use super::row::{Column, Row};
@@ -68,13 +68,15 @@ impl Entrant {
 pub(super) struct Field {
     entrants: Vec<(Entrant, Tally, Bound)>,
     schedule: Schedule,
+    information: Information,
     /// Truth at the sample that the bounds have come to.
     before: TrueState,
     at: u32,
 }
 
 impl Field {
-    /// All at the start of a run; `describe` adds what is known of the gyro to each row.
+    /// All at the start of a run; `describe` adds what is known of the gyro to each row,
+    /// `information` is what each measured rate can tell.
     ///
     /// # Errors
     /// When an estimator cannot work with what it is told.
@@ -83,7 +85,7 @@ impl Field {
         (suite, case): (&'static str, &str),
         entrants: &[Entrant],
         (ensemble, drawn): (&Ensemble, &mut Drawn),
-        rest_rad2_s2: f64,
+        (rest_rad2_s2, information): (f64, Information),
         describe: &dyn Fn(&mut Row),
     ) -> Result<Self> {
         let schedule = drawn.schedule();
@@ -97,7 +99,7 @@ impl Field {
             Ok((*entrant, tally, Bound::new(&config, schedule.samples)))
         };
         let entrants = entrants.iter().map(make).collect::<Result<Vec<_>>>()?;
-        Ok(Self { entrants, schedule, before: drawn.truth(0).state, at: 0 })
+        Ok(Self { entrants, schedule, information, before: drawn.truth(0).state, at: 0 })
     }
 
     /// A measurement that ends at sample `k` of the grid; samples before it may be missing.
@@ -107,7 +109,7 @@ impl Field {
             tally.step(k, &Measured { over_range, ..*measured }, truth);
             // As if nothing were missing: what is lost is part of what is asked.
             for at in self.at + 1..=k.min(self.schedule.samples) {
-                bound.step(at, &self.before);
+                bound.step(at, &self.before, &self.information);
             }
         }
         (self.before, self.at) = (truth.state, k);

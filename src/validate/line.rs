@@ -1,9 +1,10 @@
 //! Suite `line`: the same estimator behind a real frame, a line that loses and alters bytes, and a
 //! decoder.
 
+use super::bound::Information;
 use super::contestant::{Kind, Measured};
 use super::entrant::{Entrant, Field, describe_noise};
-use super::requirement::{Requirement, Statistic};
+use super::requirement::{Requirement, Statistic, honest_nees};
 use super::row::{Column, Row};
 use super::suite::{Case, Figure, RunId, Suite};
 use super::tally::Truth;
@@ -139,7 +140,8 @@ impl Case for LineCase {
             row.set(Column::LsbDegS, params.lsb_rad_s / RAD_PER_DEG);
         };
         let of = (&ensemble, &mut drawn);
-        let field = Field::new(id, (NAME, self.name), &self.entrants, of, R_RAD2_S2, &describe)?;
+        let noise = (R_RAD2_S2, Information::White(R_RAD2_S2));
+        let field = Field::new(id, (NAME, self.name), &self.entrants, of, noise, &describe)?;
         let (frame, run) = (STREAM.frame(), u64::from(id.run));
         let grid = SampleGrid::new(SimTime::ZERO, params.sample_rate_hz)?;
         let gyro = Gyro::new(params, id.seed, run)?;
@@ -204,7 +206,7 @@ pub(super) fn suite() -> Suite {
                 a serial line behind a USB bridge, decoder, mean of three samples. Bytes are \
                 altered, lost and put in, frames are cut and doubled, the line falls silent. The \
                 bound is that of a line which loses nothing.",
-        runs: 60,
+        runs: 400,
         cases: cases.into_iter().map(|case| Box::new(case) as Box<dyn Case>).collect(),
         requirements: requirements(&names),
         draw,
@@ -217,9 +219,10 @@ fn requirements(cases: &[&str]) -> Vec<Requirement> {
     let mut all = Vec::new();
     for case in cases {
         let cell = (*case, Entrant::PLAIN.name);
-        all.push(Requirement::new(cell, ratio, 0.5..=1.3));
-        all.push(Requirement::new(cell, beyond, 0.0..=0.1));
-        all.push(Requirement::new(cell, Statistic::Nees, 2.5..=7.0));
+        // As on no line at all: what is lost is a few per cent of the samples.
+        all.push(Requirement::new(cell, ratio, 0.8..=1.15));
+        all.push(Requirement::new(cell, beyond, 0.0..=0.03));
+        all.push(Requirement::new(cell, Statistic::Nees, honest_nees(5.0)));
     }
     let loud = Requirement::new((WRONG, "EKF5a"), ratio, 2.0..=f64::INFINITY);
     all.push(loud.as_control());

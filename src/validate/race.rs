@@ -1,11 +1,11 @@
 //! One run of a case: all its estimators on the same measurements.
 
-use super::bound::Bound;
+use super::bound::{Bound, Information};
 use super::contestant::Kind;
 use super::row::{Column, Row};
 use super::suite::{Case, RunId};
 use super::tally::Tally;
-use super::torsion::{Drawn, Ensemble, R_RAD2_S2, SAMPLES, STEP_S, WhiteGyro};
+use super::torsion::{Drawn, Ensemble, STEP_S, WhiteGyro};
 use anyhow::Result;
 use struna_estimator::AugmentedConfig;
 use struna_kernel::RAD_PER_DEG;
@@ -37,18 +37,20 @@ impl Case for TorsionCase {
     fn run(&self, id: RunId) -> Result<Vec<Row>> {
         let mut drawn = self.ensemble.draw(id.seed, id.run)?;
         let mut gyro = WhiteGyro::new(&self.ensemble, &drawn, id.seed, id.run);
-        let config = self.ensemble.config(drawn.believed_start_deg(), R_RAD2_S2);
-        let mut bound = self.bounded.then(|| Bound::new(&config, SAMPLES));
+        let config = self.ensemble.config(drawn.believed_start_deg(), self.ensemble.r_rad2_s2);
+        let samples = self.ensemble.samples();
+        let mut bound = self.bounded.then(|| Bound::new(&config, samples));
+        let information = Information::White(self.ensemble.r_rad2_s2);
         let mut tallies = self.tallies(id, &drawn, &config)?;
         let mut before = drawn.truth(0);
-        for k in 1..=SAMPLES {
+        for k in 1..=samples {
             let truth = drawn.truth(k);
             let measured = gyro.measure(k, truth.state.rate_rad_s);
             for tally in &mut tallies {
                 tally.step(k, &measured, &truth);
             }
             if let Some(bound) = &mut bound {
-                bound.step(k, &before.state);
+                bound.step(k, &before.state, &information);
             }
             before = truth;
         }
@@ -65,7 +67,7 @@ impl TorsionCase {
         let tally = |kind: &Kind| {
             let mut row = id.row(self.suite, &self.name, &kind.name());
             drawn.describe(&mut row);
-            row.set(Column::NoiseDegS, R_RAD2_S2.sqrt() / RAD_PER_DEG);
+            row.set(Column::NoiseDegS, self.ensemble.r_rad2_s2.sqrt() / RAD_PER_DEG);
             row.set(Column::OutlierShare, self.ensemble.outlier_share);
             describe_estimator(&mut row, *kind, config);
             Ok(Tally::new(row, kind.make(config)?, drawn.schedule()))

@@ -1,8 +1,13 @@
 //! Requirements, and what so many runs say of them.
 
+use super::refinement;
 use super::row::{Column, EPOCHS, Row};
-use super::statistics::{ERROR_RATE, Measured, mean, mean_count, mean_square, median, rms, share};
+use super::statistics::{
+    ERROR_RATE, Measured, honest_mean_square, largest, mean, mean_count, mean_square, median,
+    ratio, rms, share,
+};
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// What is measured over the runs of a cell. A run that stopped is infinitely wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +18,13 @@ pub enum Statistic {
     RmsOver(Column, Column),
     /// The same over that of another estimator of the case, run by run on equal measurements.
     RmsAgainst(Column, &'static str),
+    /// Root mean square of a column less a published one, in standard errors of that. Zero as far
+    /// as the published digits go.
+    RmsOff(Column, Published),
     /// Median of a column.
     Median(Column),
+    /// Largest value of a column over all runs: what is promised of every run.
+    Largest(Column),
     /// Mean of a column.
     Mean(Column),
     /// Mean NEES at that of ten epochs which is farthest from the number of states, with an
@@ -28,9 +38,57 @@ pub enum Statistic {
     ShareSaying(&'static str),
     /// Mean count of a column in a run.
     Count(Column),
-    /// Length of the refinement, among the filters whose names begin so, at which the mean of a
-    /// column is least. The interval spans the lengths that cannot be told from it.
+    /// Mean count of a column in an hour.
+    CountAnHour(Column),
+    /// Length of the refinement, among the filters whose names begin so, at which the mean square
+    /// of a column is least.
     BestRefinement(&'static str, Column),
+}
+
+/// A root mean square as it was published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Published {
+    /// The value.
+    pub value: f64,
+    /// Half a unit of its last digit.
+    pub rounding: f64,
+    /// Runs that it comes from.
+    pub runs: u32,
+}
+
+impl Published {
+    /// How far `found` is off in standard errors of what was published: so many runs would have,
+    /// with the scatter that is found here. Differences within the rounding are none.
+    fn off(&self, found: &Measured) -> Option<Measured> {
+        let half = 0.5 * (found.high - found.low);
+        let runs = found.runs;
+        if !half.is_finite() || runs < 2 {
+            let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
+            return Some(Measured { value: 0.0, low, high, runs });
+        }
+        let error = half / HALF_WIDTH * (runs as f64 / f64::from(self.runs)).sqrt();
+        let off = |at: f64| {
+            let beyond = (at - self.value).abs() - self.rounding;
+            beyond.max(0.0).copysign(at - self.value) / error.max(1e-9 * self.value)
+        };
+        let [value, low, high] = [found.value, found.low, found.high].map(off);
+        Some(Measured { value, low, high, runs })
+    }
+}
+
+/// Half width of an interval of many runs, standard errors.
+const HALF_WIDTH: f64 = 1.96;
+
+/// Runs for whose NEES the band of honest claims is promised.
+const RUNS_OF_NEES: usize = 200;
+
+/// Where the mean NEES of 200 honest runs on so many states lies at ten epochs together. The mean
+/// of more runs must lie there, too, with its whole interval.
+#[must_use]
+pub fn honest_nees(states: f64) -> RangeInclusive<f64> {
+    let error_rate = ERROR_RATE / EPOCHS as f64;
+    let (low, high) = honest_mean_square(states, RUNS_OF_NEES, error_rate).unwrap_or((0.0, 0.0));
+    low..=high
 }
 
 /// One requirement on one cell.
@@ -81,7 +139,7 @@ impl Requirement {
     pub fn new(
         (case, estimator): (&str, &str),
         statistic: Statistic,
-        range: std::ops::RangeInclusive<f64>,
+        range: RangeInclusive<f64>,
     ) -> Self {
         Self {
             case: case.to_owned(),
@@ -128,13 +186,14 @@ impl Requirement {
         match self.statistic {
             Statistic::Rms(column) => rms(&errors(&cell, column)),
             Statistic::RmsOver(column, bound) => {
-                let bound = rms(&present(&cell, bound))?.value;
-                Some(rms(&errors(&cell, column))?.over(bound))
+                ratio(&errors(&cell, column), &present(&cell, bound))
             }
             Statistic::RmsAgainst(column, other) => {
                 ratio(&errors(&cell, column), &errors(&of(other), column))
             }
+            Statistic::RmsOff(column, published) => published.off(&rms(&errors(&cell, column))?),
             Statistic::Median(column) => median(&errors(&cell, column)),
+            Statistic::Largest(column) => largest(&errors(&cell, column)),
             Statistic::Mean(column) => mean(&errors(&cell, column)),
             Statistic::Nees => nees(&cell),
             Statistic::ShareAbove(column, limit) => {
@@ -152,7 +211,12 @@ impl Requirement {
             Statistic::Count(column) => {
                 mean_count(cell.iter().filter_map(|row| row.get(column)).sum(), cell.len())
             }
-            Statistic::BestRefinement(family, column) => best_refinement(&case, family, column),
+            Statistic::CountAnHour(column) => {
+                let counts = mean_count(present(&cell, column).iter().sum(), cell.len())?;
+                let duration_s = mean(&present(&cell, Column::DurationS))?.value;
+                Some(counts.over(duration_s / 3600.0))
+            }
+            Statistic::BestRefinement(family, column) => refinement::best(&case, family, column),
         }
     }
 }
@@ -168,32 +232,6 @@ pub fn errors(rows: &[&Row], column: Column) -> Vec<f64> {
 #[must_use]
 pub fn present(rows: &[&Row], column: Column) -> Vec<f64> {
     rows.iter().filter_map(|row| row.get(column)).collect()
-}
-
-/// Ratio of two root mean squares over the same runs. Both have nearly the same scatter, and the
-/// ratio hardly any when one follows the other; so its interval is that of the differences.
-fn ratio(mine: &[f64], other: &[f64]) -> Option<Measured> {
-    if mine.len() != other.len() {
-        return None;
-    }
-    let n = mine.len() as f64;
-    let mean_of = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>() / n;
-    let squared = mean_of(mine) / mean_of(other);
-    if !squared.is_finite() {
-        return rms(mine).map(|m| Measured { low: 0.0, ..m });
-    }
-    // Delta method: var(a/b) from the residuals a - (a/b)·b of single runs.
-    let residuals: Vec<f64> =
-        mine.iter().zip(other).map(|(a, b)| a * a - squared * b * b).collect();
-    let found = mean(&residuals)?.over(mean_of(other));
-    let half = 0.5 * (found.high - found.low);
-    let root = |square: f64| square.max(0.0).sqrt();
-    Some(Measured {
-        value: root(squared),
-        low: root(squared - half),
-        high: root(squared + half),
-        runs: mine.len(),
-    })
 }
 
 fn nees(rows: &[&Row]) -> Option<Measured> {
@@ -214,32 +252,6 @@ fn nees(rows: &[&Row]) -> Option<Measured> {
     Some(Measured { low, high, ..*worst })
 }
 
-fn best_refinement(rows: &[&Row], family: &str, column: Column) -> Option<Measured> {
-    let mut lengths: Vec<f64> = rows
-        .iter()
-        .filter(|row| row.estimator.starts_with(family))
-        .filter_map(|row| row.get(Column::RefinementSamples))
-        .collect();
-    lengths.sort_by(f64::total_cmp);
-    lengths.dedup();
-    let of = |length: &f64| {
-        let cell: Vec<&Row> = rows
-            .iter()
-            .copied()
-            .filter(|row| row.estimator.starts_with(family))
-            .filter(|row| row.get(Column::RefinementSamples) == Some(*length))
-            .collect();
-        mean(&errors(&cell, column))
-    };
-    let found: Vec<(f64, Measured)> =
-        lengths.iter().filter_map(|length| Some((*length, of(length)?))).collect();
-    let (value, least) = found.iter().min_by(|a, b| a.1.value.total_cmp(&b.1.value))?;
-    let alike = || found.iter().filter(|(_, measured)| measured.low <= least.high);
-    let low = alike().map(|(length, _)| *length).fold(f64::INFINITY, f64::min);
-    let high = alike().map(|(length, _)| *length).fold(0.0, f64::max);
-    Some(Measured { value: *value, low, high, runs: least.runs })
-}
-
 impl Verdict {
     /// In tables.
     #[must_use]
@@ -258,7 +270,15 @@ impl fmt::Display for Statistic {
             Self::Rms(column) => write!(f, "RMS of {}", column.name()),
             Self::RmsOver(column, _) => write!(f, "{} over its bound", column.name()),
             Self::RmsAgainst(column, other) => write!(f, "{} over that of {other}", column.name()),
+            Self::RmsOff(column, published) => {
+                write!(f, "{} less {}, in its standard errors", column.name(), published.value)
+            }
             Self::Median(column) => write!(f, "median of {}", column.name()),
+            Self::Largest(Column::EndSigmas) => {
+                f.write_str("most sigmas off at the end of any run")
+            }
+            Self::Largest(Column::WorstSigmas) => f.write_str("most sigmas ever off in any run"),
+            Self::Largest(column) => write!(f, "largest {}", column.name()),
             Self::Mean(column) => write!(f, "mean of {}", column.name()),
             Self::Nees => f.write_str("NEES, worst of ten epochs"),
             Self::ShareAbove(Column::EndSigmas, limit) => {
@@ -272,6 +292,7 @@ impl fmt::Display for Statistic {
             Self::ShareWith(column) => write!(f, "share with {}", column.name()),
             Self::ShareSaying(word) => write!(f, "share that says \"{word}\" at the end"),
             Self::Count(column) => write!(f, "{} a run", column.name()),
+            Self::CountAnHour(column) => write!(f, "{} an hour", column.name()),
             Self::BestRefinement(family, column) => {
                 write!(f, "N of {family} at the least {}", column.name())
             }
@@ -300,16 +321,5 @@ mod tests {
         assert_eq!(of(0.5, 0.79), Verdict::NotMet);
         assert_eq!(of(1.16, f64::INFINITY), Verdict::NotMet);
         assert_eq!(of(f64::INFINITY, f64::INFINITY), Verdict::NotMet);
-    }
-
-    #[test]
-    fn a_ratio_of_errors_that_go_together_is_known_well() {
-        let other: Vec<f64> = (1..=20).map(f64::from).collect();
-        let mine: Vec<f64> = other.iter().map(|v| 0.9 * v).collect();
-        let found = ratio(&mine, &other).unwrap();
-        assert!((found.value - 0.9).abs() < 1e-12 && found.high - found.low < 1e-6, "{found:?}");
-        let shuffled: Vec<f64> = mine.iter().rev().copied().collect();
-        let found = ratio(&shuffled, &other).unwrap();
-        assert!(found.high - found.low > 0.3, "{found:?}");
     }
 }

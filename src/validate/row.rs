@@ -77,6 +77,7 @@ columns! {
     BoundEndDeg "bound_end_deg" "Least error of the angle at the end.";
     Alarms "alarms" "Alarms of the estimator.";
     DelayS "delay_s" "From the beginning of the first kick to the next alarm.";
+    YieldFoundDeg "yield_found_deg" "Twist over which the thread yields, as the estimator finds.";
 }
 
 /// Error and claim at one instant. Not a number where there is none.

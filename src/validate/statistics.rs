@@ -7,8 +7,6 @@ use statrs::distribution::{Beta, Binomial, ChiSquared, ContinuousCDF, DiscreteCD
 
 /// Share of campaigns in which an interval does not hold the true value.
 pub const ERROR_RATE: f64 = 0.05;
-/// Half width of a normal interval at that rate, standard deviations.
-const NORMAL_HALF: f64 = 1.96;
 
 /// A value with what can be said of the true one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,20 +35,61 @@ impl Measured {
     }
 }
 
-/// Root of the mean square of errors: ± 1.96/√(2M) of itself. One infinite error makes it infinite.
+/// Root of the mean square of errors, from the scatter of the squares: ± 1.96/√(2M) of itself for
+/// normal errors, less for the mean of many within a run, more where some runs are far worse than
+/// others. One infinite error makes it infinite.
 #[must_use]
 pub fn rms(errors: &[f64]) -> Option<Measured> {
-    let n = errors.len();
-    if n == 0 {
+    let squares: Vec<f64> = errors.iter().map(|error| error * error).collect();
+    let Measured { value, low, high, runs } = mean(&squares)?;
+    if value.is_infinite() {
+        return Some(Measured { value, low: value, high: value, runs });
+    }
+    let root = |square: f64| square.max(0.0).sqrt();
+    Some(Measured { value: root(value), low: root(low), high: root(high), runs })
+}
+
+/// Ratio of two root mean squares over the same runs. Where one follows the other the ratio has
+/// hardly any scatter, however much each has; so its interval is that of the differences. One
+/// infinite error above makes it infinite.
+#[must_use]
+pub fn ratio(above: &[f64], below: &[f64]) -> Option<Measured> {
+    let mean_of = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64;
+    if mean_of(above).is_infinite() {
+        return rms(above);
+    }
+    if above.len() != below.len() {
         return None;
     }
-    let value = (errors.iter().map(|error| error * error).sum::<f64>() / n as f64).sqrt();
-    if value.is_infinite() {
-        return Some(Measured { value, low: value, high: value, runs: n });
-    }
-    let half = NORMAL_HALF / (2.0 * n as f64).sqrt();
-    let (low, high) = (value * (1.0 - half).max(0.0), value * (1.0 + half));
-    Some(Measured { value, low, high, runs: n })
+    let squared = mean_of(above) / mean_of(below);
+    // Delta method: var(a/b) from the residuals a - (a/b)·b of single runs.
+    let residuals: Vec<f64> =
+        above.iter().zip(below).map(|(a, b)| a * a - squared * b * b).collect();
+    let Measured { low, high, runs, .. } = mean(&residuals)?.over(mean_of(below));
+    let root = |square: f64| square.max(0.0).sqrt();
+    let (low, high) = (root(squared + low), root(squared + high));
+    Some(Measured { value: root(squared), low, high, runs })
+}
+
+/// Runs for which a promise on each of them is made.
+pub const RUNS_OF_A_PROMISE: usize = 50;
+
+/// The largest of so many values: exactly that, and open above as long as there are fewer than
+/// [`RUNS_OF_A_PROMISE`].
+#[must_use]
+pub fn largest(values: &[f64]) -> Option<Measured> {
+    let value = values.iter().copied().max_by(f64::total_cmp)?;
+    let runs = values.len();
+    let high = if runs < RUNS_OF_A_PROMISE { f64::INFINITY } else { value };
+    Some(Measured { value, low: value, high, runs })
+}
+
+/// Where the mean of `runs` squares of an honest claim on so many states lies.
+#[must_use]
+pub fn honest_mean_square(states: f64, runs: usize, error_rate: f64) -> Option<(f64, f64)> {
+    let freedom = states * runs as f64;
+    let at = |p: f64| chi_square(freedom, p).map(|quantile| quantile / runs as f64);
+    Some((at(error_rate / 2.0)?, at(1.0 - error_rate / 2.0)?))
 }
 
 /// Share of `hits` among `n`, by Clopper and Pearson.
@@ -149,6 +188,7 @@ mod tests {
     #![expect(clippy::float_cmp, reason = "ends of intervals that are exactly 0, 1 or infinite")]
 
     use super::*;
+    use statrs::distribution::Normal;
 
     fn near(found: f64, expected: f64) -> bool {
         (found - expected).abs() < 1e-4 * expected.abs().max(1e-3)
@@ -199,10 +239,54 @@ mod tests {
         assert_eq!(median(&[]), None);
     }
 
+    /// Errors whose distribution is normal: at the quantiles in the middles of equal shares.
+    fn normal(n: usize) -> Vec<f64> {
+        let law = Normal::new(0.0, 2.0).unwrap();
+        (0..n).map(|k| law.inverse_cdf((k as f64 + 0.5) / n as f64)).collect()
+    }
+
     #[test]
-    fn a_root_mean_square_of_200_is_known_to_ten_percent() {
-        let found = rms(&[2.0; 200]).unwrap();
-        assert!(near(found.low, 2.0 * 0.902) && near(found.high, 2.0 * 1.098), "{found:?}");
+    fn a_root_mean_square_of_200_normal_errors_is_known_to_ten_percent() {
+        let found = rms(&normal(200)).unwrap();
+        // 1.96/√400 = 9.8 %; the outermost of 200 fall short of the tails by a per cent or two.
+        assert!((found.low / 2.0 - 0.902).abs() < 0.01, "{found:?}");
+        assert!((found.high / 2.0 - 1.098).abs() < 0.01, "{found:?}");
+        // Of equal errors it is known exactly, of one not at all.
+        let equal = rms(&[2.0; 200]).unwrap();
+        assert!(near(equal.low, 2.0) && near(equal.high, 2.0), "{equal:?}");
+        let one = rms(&[2.0]).unwrap();
+        assert_eq!((one.low, one.high), (0.0, f64::INFINITY));
         assert_eq!(rms(&[1.0, f64::INFINITY]).unwrap().low, f64::INFINITY);
+    }
+
+    #[test]
+    fn a_ratio_of_errors_that_go_together_is_known_well() {
+        let other: Vec<f64> = (1..=20).map(f64::from).collect();
+        let mine: Vec<f64> = other.iter().map(|v| 0.9 * v).collect();
+        let found = ratio(&mine, &other).unwrap();
+        assert!((found.value - 0.9).abs() < 1e-12 && found.high - found.low < 1e-6, "{found:?}");
+        let shuffled: Vec<f64> = mine.iter().rev().copied().collect();
+        let found = ratio(&shuffled, &other).unwrap();
+        assert!(found.high - found.low > 0.3, "{found:?}");
+        // A run that stopped is infinitely wrong, whether it has a bound or not.
+        assert_eq!(ratio(&[1.0, f64::INFINITY], &[1.0, 1.0]).unwrap().low, f64::INFINITY);
+        assert_eq!(ratio(&[1.0, f64::INFINITY], &[1.0]).unwrap().low, f64::INFINITY);
+    }
+
+    #[test]
+    fn the_largest_of_few_is_open_above() {
+        let found = largest(&[1.0; 49]).unwrap();
+        assert_eq!((found.low, found.high), (1.0, f64::INFINITY));
+        let mut values = [1.0; 50];
+        values[7] = 4.0;
+        let found = largest(&values).unwrap();
+        assert_eq!((found.low, found.high), (4.0, 4.0));
+    }
+
+    #[test]
+    fn honest_squares_lie_where_tables_say() {
+        // Five states and fifty runs at 95 %: 4.16 to 5.91.
+        let (low, high) = honest_mean_square(5.0, 50, 0.05).unwrap();
+        assert!((low - 4.16).abs() < 5e-3 && (high - 5.91).abs() < 5e-3, "{low} {high}");
     }
 }

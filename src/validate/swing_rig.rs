@@ -29,8 +29,6 @@ const INERTIA_C_KG_M2: f64 = 0.0100;
 const BELIEVED: [f64; 2] = [1.01, 0.995];
 /// Decay of the swing, true and believed, 1/s.
 const SWING_DECAY_1_S: f64 = 1e-3;
-/// Misalignment is calibrated to this, each way.
-const AXIS_SIGMA_RAD: f64 = 0.1 * RAD_PER_DEG;
 const START_SIGMA_RAD: f64 = 10.0 * RAD_PER_DEG;
 /// Turns the swing by 1e-8 of its phase too little or too much.
 const INTEGRATOR: Integrator = Integrator::Rk4 { step_s: 5e-3 };
@@ -44,6 +42,8 @@ pub(super) struct Shape {
     pub(super) ratio: Option<f64>,
     /// Angle between the gyro's input axis and the body's, deg.
     pub(super) misalignment_deg: f64,
+    /// What it is calibrated to, each way, deg; the truth is drawn with that spread.
+    pub(super) calibration_deg: f64,
     /// B over A.
     pub(super) inertia_ratio: f64,
 }
@@ -92,7 +92,8 @@ impl SwingRig {
         let period_s = PERIOD_S * (1.0 + 0.01 * n(1));
         let damping_ratio = (DAMPING_RATIO + 0.003 * n(2)).max(0.02);
         let misalignment_rad = shape.misalignment_deg * RAD_PER_DEG;
-        let calibrated = InputAxis::towards(misalignment_rad, axis_azimuth, AXIS_SIGMA_RAD);
+        let axis_sigma_rad = shape.calibration_deg * RAD_PER_DEG;
+        let calibrated = InputAxis::towards(misalignment_rad, axis_azimuth, axis_sigma_rad);
         let [x, y] = calibrated.tilt_b_rad;
         let rig = rig(&shape, period_s, damping_ratio)?;
         let motion = TruthMotion::new(rig, &start(&shape, azimuth, ratio), INTEGRATOR)?;
@@ -104,7 +105,7 @@ impl SwingRig {
             start_error_rad: START_SIGMA_RAD * n(4),
             ratio,
             calibrated,
-            axis: [x + AXIS_SIGMA_RAD * n(7), y + AXIS_SIGMA_RAD * n(8)],
+            axis: [x + axis_sigma_rad * n(7), y + axis_sigma_rad * n(8)],
             motion,
             grid: SampleGrid::new(SimTime::ZERO, 1.0 / STEP_S)?,
             noise: [
@@ -245,12 +246,19 @@ mod tests {
     use super::*;
     use struna_body::Backend;
 
+    const ALIGNED: Shape = Shape {
+        swing_deg: 0.0,
+        ratio: None,
+        misalignment_deg: 1.0,
+        calibration_deg: 0.1,
+        inertia_ratio: 1.0,
+    };
+
     /// The widest swing of the suite by both engines. Rapier at 1 ms is allowed 1e-3 rad in a
     /// minute; these are 20 s.
     #[test]
     fn the_rigid_body_engine_sees_the_same_swing() {
-        let shape =
-            Shape { swing_deg: 15.0, ratio: None, misalignment_deg: 1.0, inertia_ratio: 1.05 };
+        let shape = Shape { swing_deg: 15.0, ratio: None, inertia_ratio: 1.05, ..ALIGNED };
         let rig = rig(&shape, 120.0, 0.03).unwrap();
         let start = start(&shape, 0.7, -0.2);
         let at = SimTime::from_s(20.0).unwrap();
@@ -270,8 +278,7 @@ mod tests {
     #[test]
     fn a_run_starts_at_one_turn_at_rest_in_twist_and_as_wide_as_asked() {
         let id = RunId { seed: struna_kernel::Seed(5), run: 3 };
-        let shape =
-            Shape { swing_deg: 10.0, ratio: Some(1.0), misalignment_deg: 1.0, inertia_ratio: 1.0 };
+        let shape = Shape { swing_deg: 10.0, ratio: Some(1.0), inertia_ratio: 1.0, ..ALIGNED };
         let mut rig = SwingRig::draw(shape, id).unwrap();
         let first = rig.sample(1).unwrap();
         // A hundredth of a second later: the thread alone gives 2e-4 rad/s by then, and the cone,

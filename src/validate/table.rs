@@ -85,6 +85,7 @@ pub fn range(judgement: &Judgement) -> String {
     let required = &judgement.requirement;
     match (required.at_least, required.at_most) {
         (low, high) if high.is_infinite() => format!(">= {}", short(low)),
+        (low, high) if low < 0.0 => format!("{} to {}", short(low), short(high)),
         (low, high) if low <= 0.0 => format!("<= {}", short(high)),
         (low, high) => format!("{} to {}", short(low), short(high)),
     }

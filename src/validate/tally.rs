@@ -144,6 +144,9 @@ impl Tally {
         if let Some(alarms) = self.contestant.alarms() {
             self.row.set(Column::Alarms, alarms as f64);
         }
+        if let Some(yield_rad) = self.contestant.yield_rad() {
+            self.row.set(Column::YieldFoundDeg, yield_rad / RAD_PER_DEG);
+        }
         if let Some(samples) = self.delay_samples {
             self.row.set(Column::DelayS, f64::from(samples) * step_s);
         }

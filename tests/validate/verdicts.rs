@@ -1,6 +1,7 @@
 //! Verdicts on rows made by hand.
 
 use crate::desk::{SUITE, row};
+use struna::validate::requirement::{Published, honest_nees};
 use struna::validate::{Column, Requirement, Row, Statistic, Verdict};
 
 const END: Column = Column::EndSigmas;
@@ -28,14 +29,15 @@ fn a_share_is_met_only_when_enough_runs_say_so() {
 }
 
 #[test]
-fn a_root_mean_square_is_known_to_1_96_over_the_root_of_2m() {
+fn a_root_mean_square_is_known_by_the_scatter_of_its_squares() {
     let of = Statistic::Rms(HALF2);
-    // 200 runs: 9.8 %.
-    let rows = rows(200, HALF2, |run| if run % 2 == 0 { 1.0 } else { -1.0 });
-    assert_eq!(verdict(&rows, of, 0.0..=1.099), Verdict::Met);
-    assert_eq!(verdict(&rows, of, 0.0..=1.097), Verdict::Undecided);
-    assert_eq!(verdict(&rows, of, 1.097..=2.0), Verdict::Undecided);
-    assert_eq!(verdict(&rows, of, 1.099..=2.0), Verdict::NotMet);
+    // Squares of 0 and 2 in turns: 1 ± 1.972/√199 over 200 runs, its root from 0.928 to 1.068.
+    let rows = rows(200, HALF2, |run| if run % 2 == 0 { 2_f64.sqrt() } else { 0.0 });
+    assert_eq!(verdict(&rows, of, 0.0..=1.069), Verdict::Met);
+    assert_eq!(verdict(&rows, of, 0.0..=1.066), Verdict::Undecided);
+    assert_eq!(verdict(&rows, of, 1.066..=2.0), Verdict::Undecided);
+    assert_eq!(verdict(&rows, of, 1.069..=2.0), Verdict::NotMet);
+    assert_eq!(verdict(&rows[..1], of, 0.0..=10.0), Verdict::Undecided);
 }
 
 #[test]
@@ -62,20 +64,25 @@ fn a_run_that_stopped_is_infinitely_wrong() {
 }
 
 #[test]
-fn a_claim_too_small_by_a_half_is_found_by_its_squares() {
+fn a_claim_that_is_not_honest_is_found_by_its_squares() {
     let with_nees = |nees: f64| {
-        let mut rows = rows(200, Column::NeesStates, |_| 5.0);
+        let mut rows = rows(1000, Column::NeesStates, |_| 5.0);
         for row in &mut rows {
             row.epochs.iter_mut().for_each(|epoch| epoch.nees = nees);
         }
         rows
     };
-    assert_eq!(verdict(&with_nees(4.5), Statistic::Nees, 3.0..=6.5), Verdict::Met);
-    assert_eq!(verdict(&with_nees(9.0), Statistic::Nees, 3.0..=6.5), Verdict::NotMet);
+    // Of 200 runs at ten epochs: 5 ± 2.8·√(10/200), 0.6. A thousand runs leave 0.28 open.
+    let honest = honest_nees(5.0);
+    assert!((honest.start() - 4.4).abs() < 0.03 && (honest.end() - 5.65).abs() < 0.03);
+    assert_eq!(verdict(&with_nees(5.0), Statistic::Nees, honest.clone()), Verdict::Met);
+    assert_eq!(verdict(&with_nees(5.5), Statistic::Nees, honest.clone()), Verdict::Undecided);
+    assert_eq!(verdict(&with_nees(6.1), Statistic::Nees, honest.clone()), Verdict::NotMet);
+    assert_eq!(verdict(&with_nees(4.0), Statistic::Nees, honest.clone()), Verdict::NotMet);
     // One epoch of ten is enough to spoil it.
-    let mut rows = with_nees(4.5);
+    let mut rows = with_nees(5.0);
     rows.iter_mut().for_each(|row| row.epochs[3].nees = 20.0);
-    assert_ne!(verdict(&rows, Statistic::Nees, 3.0..=6.5), Verdict::Met);
+    assert_ne!(verdict(&rows, Statistic::Nees, honest), Verdict::Met);
 }
 
 #[test]
@@ -87,24 +94,72 @@ fn false_alarms_are_counted_by_poisson() {
     assert_eq!(verdict(&rows, alarms, 0.0..=0.28), Verdict::Met);
     assert_eq!(verdict(&rows, alarms, 0.0..=0.25), Verdict::Undecided);
     assert_eq!(verdict(&rows, alarms, 0.0..=0.14), Verdict::NotMet);
+    // In runs of eight minutes one in five is 1.5 an hour, 1.07 to 2.04.
+    let mut rows = rows;
+    rows.iter_mut().for_each(|row| row.set(Column::DurationS, 480.0));
+    let an_hour = Statistic::CountAnHour(Column::Alarms);
+    assert_eq!(verdict(&rows, an_hour, 1.07..=2.05), Verdict::Met);
+    assert_eq!(verdict(&rows, an_hour, 0.0..=2.0), Verdict::Undecided);
+    assert_eq!(verdict(&rows, an_hour, 0.0..=1.06), Verdict::NotMet);
 }
 
-#[test]
-fn the_best_length_is_told_with_those_that_cannot_be_told_from_it() {
+/// Squared errors of a filter of each length, least at `least`, with a scatter of their own.
+fn refined(least: f64, scatter: f64) -> Vec<Row> {
     let mut rows = Vec::new();
-    for (length, error) in [(1.0, 3.0), (10.0, 1.0), (100.0, 1.01), (1000.0, 4.0)] {
+    for length in [1.0, 20.0, 40.0, 50.0, 60.0, 80.0, 100.0, 1000.0_f64] {
         for run in 0..20 {
-            let scatter = 0.1 * f64::from(run % 5);
-            let mut row = row(run, HALF2, Some(error + scatter));
+            let off = (length / least).ln();
+            let own = scatter * (f64::from(run) * length).sin();
+            let mut row = row(run, HALF2, Some((0.5 * off * off + own).exp()));
             row.estimator = format!("F1 N={length}");
             row.set(Column::RefinementSamples, length);
             rows.push(row);
         }
     }
+    rows
+}
+
+#[test]
+fn the_best_length_is_found_between_those_tried() {
     let best = Statistic::BestRefinement("F1", HALF2);
-    assert_eq!(verdict(&rows, best, 10.0..=100.0), Verdict::Met);
-    assert_eq!(verdict(&rows, best, 10.0..=50.0), Verdict::Undecided);
-    assert_eq!(verdict(&rows, best, 200.0..=5000.0), Verdict::NotMet);
+    let clear = refined(55.0, 1e-3);
+    assert_eq!(verdict(&clear, best, 54.0..=56.0), Verdict::Met);
+    assert_eq!(verdict(&clear, best, 57.0..=90.0), Verdict::NotMet);
+    assert_eq!(verdict(&clear, best, 20.0..=53.0), Verdict::NotMet);
+    // Where each length has a scatter of a tenth, 20 runs leave some per cent open.
+    let scattered = refined(55.0, 0.1);
+    assert_eq!(verdict(&scattered, best, 40.0..=80.0), Verdict::Met);
+    assert_eq!(verdict(&scattered, best, 54.9..=55.1), Verdict::Undecided);
+}
+
+#[test]
+fn what_is_promised_of_every_run_fails_by_one() {
+    let end = Statistic::Largest(END);
+    let mut many = rows(200, END, |_| 1.5);
+    assert_eq!(verdict(&many, end, 0.0..=3.0), Verdict::Met);
+    assert_eq!(verdict(&many[..49], end, 0.0..=3.0), Verdict::Undecided, "promised of fifty");
+    many[137].set(END, 3.2);
+    assert_eq!(verdict(&many, end, 0.0..=3.0), Verdict::NotMet);
+    let mut stopped = rows(199, END, |_| 1.5);
+    stopped.push(row(199, END, None));
+    assert_eq!(verdict(&stopped, end, 0.0..=3.0), Verdict::NotMet);
+}
+
+#[test]
+fn a_published_value_is_left_by_its_own_standard_errors() {
+    let of = |value| {
+        let published = Published { value, rounding: 5e-4, runs: 50 };
+        Statistic::RmsOff(HALF2, published)
+    };
+    // Squares of 0.5 and 1.5 in turns: the root over 50 runs is 1 ± 0.25/√50 = 0.0354.
+    let half = |run: u32| if run.is_multiple_of(2) { 0.5_f64.sqrt() } else { 1.5_f64.sqrt() };
+    let rows = rows(5000, HALF2, half);
+    assert_eq!(verdict(&rows, of(1.0), -0.5..=0.5), Verdict::Met);
+    // 0.07 is two of them, known to a tenth of one twice over.
+    assert_eq!(verdict(&rows, of(0.93), 1.7..=2.3), Verdict::Met);
+    assert_eq!(verdict(&rows, of(1.07), -2.3..=-1.7), Verdict::Met);
+    assert_eq!(verdict(&rows, of(1.2), -3.2..=3.2), Verdict::NotMet);
+    assert_eq!(verdict(&rows[..1], of(1.0), -3.2..=3.2), Verdict::Undecided);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod plane;
 
 use super::requirement::{errors, present};
 use super::row::{Column, EPOCHS, Row};
-use super::statistics::{Measured, mean, mean_square, median, quantile, rms};
+use super::statistics::{Measured, honest_mean_square, mean, mean_square, median, quantile, rms};
 use super::suite::Figure;
 use crate::figure::FigureError;
 use chart::{Chart, Curve, DotRow, dots};
@@ -192,8 +192,8 @@ pub fn nees(rows: &[&Row], title: &str, estimator: &str) -> Result<Option<Figure
         curves.push(Curve { name: case.to_owned(), points, dashed: false, colour });
     }
     let Some((states, runs)) = known else { return Ok(None) };
-    let band =
-        band(states, runs).map(|(low, high)| (low, high, "95 % of honest claims".to_owned()));
+    let band = honest_mean_square(states, runs, 0.05)
+        .map(|(low, high)| (low, high, "95 % of honest claims".to_owned()));
     let chart = Chart {
         title: title.to_owned(),
         x_name: "time, s".to_owned(),
@@ -205,18 +205,9 @@ pub fn nees(rows: &[&Row], title: &str, estimator: &str) -> Result<Option<Figure
         marks: Vec::new(),
     };
     let caption = "Mean over runs of the squared error of the whole state in units of its claimed \
-                   covariance; for an honest claim it is the number of states, and one less where \
-                   one of the prior errors is always zero. Above: over-confident."
+                   covariance; for an honest claim it is the number of states. Above: over-confident."
         .to_owned();
     Ok(Some(Figure { caption, svg: chart.draw()? }))
-}
-
-/// Where the mean of `runs` honest values lies, from one state less.
-fn band(states: f64, runs: usize) -> Option<(f64, f64)> {
-    let mean = |value: f64| mean_square(&vec![value; runs.max(1)], value, 0.05);
-    // An interval for the mean turned round: honest means lie between n²/high and n²/low.
-    let (few, all) = (mean((states - 1.0).max(1.0))?, mean(states)?);
-    Some((few.value * few.value / few.high, all.value * all.value / all.low))
 }
 
 /// Median delay against size of a kick, a curve for each time over which it is spread.

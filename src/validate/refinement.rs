@@ -1,0 +1,108 @@
+//! The best length of the covariance refinement, from errors of filters with several.
+
+use super::requirement::errors;
+use super::row::{Column, Row};
+use super::statistics::{Measured, mean};
+
+/// A length and the squared errors of its runs.
+type Cell = (f64, Vec<f64>);
+
+/// Length at which the mean square of a column is least among the filters whose names begin so.
+///
+/// The least of some lengths says little of a flat minimum: the vertex of a parabola through the
+/// logarithms of length and error, from half to twice the least, says it to a per cent or two. Its
+/// interval is that of the jackknife over runs, for all lengths see the same ones.
+pub(super) fn best(rows: &[&Row], family: &str, column: Column) -> Option<Measured> {
+    let cells = cells(rows, family, column);
+    let runs = cells.iter().map(|(_, squares)| squares.len()).min()?;
+    if cells.iter().any(|(_, squares)| squares.len() != runs) {
+        return None;
+    }
+    let near = near_the_least(cells);
+    let all = vertex(&near, None)?;
+    let n = runs as f64;
+    let without = (0..runs).map(|left_out| vertex(&near, Some(left_out)));
+    let pseudo: Option<Vec<f64>> =
+        without.map(|found| Some(n * all - (n - 1.0) * found?)).collect();
+    let open = Measured { value: all.exp(), low: 0.0, high: f64::INFINITY, runs };
+    let Some(found) = pseudo.and_then(|pseudo| mean(&pseudo)) else { return Some(open) };
+    let half = 0.5 * (found.high - found.low);
+    Some(Measured { low: (all - half).exp(), high: (all + half).exp(), ..open })
+}
+
+fn cells(rows: &[&Row], family: &str, column: Column) -> Vec<Cell> {
+    let of_family = || rows.iter().copied().filter(|row| row.estimator.starts_with(family));
+    let mut lengths: Vec<f64> =
+        of_family().filter_map(|row| row.get(Column::RefinementSamples)).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.dedup();
+    // Without a refinement there is no length.
+    lengths.retain(|length| *length > 0.0);
+    let of = |length: f64| {
+        let cell: Vec<&Row> =
+            of_family().filter(|row| row.get(Column::RefinementSamples) == Some(length)).collect();
+        (length, errors(&cell, column).iter().map(|error| error * error).collect())
+    };
+    lengths.into_iter().map(of).collect()
+}
+
+fn near_the_least(cells: Vec<Cell>) -> Vec<Cell> {
+    let sum = |cell: &Cell| cell.1.iter().sum::<f64>();
+    let least = cells.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).map(|cell| cell.0);
+    let Some(least) = least else { return cells };
+    let near = |cell: &Cell| (0.49..2.05).contains(&(cell.0 / least)) && sum(cell).is_finite();
+    cells.into_iter().filter(near).collect()
+}
+
+/// Logarithm of the length where the parabola through all points is lowest, by least squares. None
+/// where it has no lowest point between them.
+fn vertex(cells: &[Cell], left_out: Option<usize>) -> Option<f64> {
+    let log_error = |squares: &[f64]| {
+        let kept = squares.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
+        kept.map(|(_, square)| square).sum::<f64>().ln()
+    };
+    let points: Vec<(f64, f64)> =
+        cells.iter().map(|(length, squares)| (length.ln(), log_error(squares))).collect();
+    let (first, last) = (points.first()?.0, points.last()?.0);
+    let middle = 0.5 * (first + last);
+    // Normal equations for c₀ + c₁x + c₂x² about the middle.
+    let power = |k: i32| points.iter().map(|(x, _)| (x - middle).powi(k)).sum::<f64>();
+    let moment = |k: i32| points.iter().map(|(x, y)| y * (x - middle).powi(k)).sum::<f64>();
+    let [s0, s1, s2, s3, s4] = [0, 1, 2, 3, 4].map(power);
+    let [m0, m1, m2] = [0, 1, 2].map(moment);
+    let c2 = determinant([[s0, s1, m0], [s1, s2, m1], [s2, s3, m2]]);
+    let c1 = determinant([[s0, m0, s2], [s1, m1, s3], [s2, m2, s4]]);
+    let at = middle - 0.5 * c1 / c2;
+    let positive = determinant([[s0, s1, s2], [s1, s2, s3], [s2, s3, s4]]);
+    (positive > 0.0 && c2 > 0.0 && (first..=last).contains(&at)).then_some(at)
+}
+
+fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    let minor = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
+    a[0] * minor(1, 2) - a[1] * minor(0, 2) + a[2] * minor(0, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors that are least at `least`, alike in all runs but for their size.
+    fn parabola(least: f64, lengths: &[f64]) -> Vec<Cell> {
+        let square = |length: f64, run: u32| {
+            (1.0 + 0.1 * f64::from(run)) * (0.3 * (length / least).ln().powi(2)).exp()
+        };
+        lengths.iter().map(|n| (*n, (0..5).map(|run| square(*n, run)).collect())).collect()
+    }
+
+    #[test]
+    fn the_vertex_of_a_parabola_is_found_between_its_points() {
+        let cells = parabola(62.0, &[40.0, 50.0, 70.0, 90.0]);
+        for left_out in [None, Some(2)] {
+            let found = vertex(&cells, left_out).unwrap().exp();
+            assert!((found / 62.0 - 1.0).abs() < 1e-9, "{found}");
+        }
+        // Beyond the points, and upside down, there is none.
+        assert_eq!(vertex(&parabola(30.0, &[40.0, 50.0, 70.0]), None), None);
+        assert_eq!(vertex(&parabola(62.0, &[40.0, 50.0]), None), None);
+    }
+}
