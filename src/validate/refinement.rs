@@ -9,25 +9,46 @@ type Cell = (f64, Vec<f64>);
 
 /// Length at which the mean square of a column is least among the filters whose names begin so.
 ///
-/// The least of some lengths says little of a flat minimum: the vertex of a parabola through the
+/// The least of some lengths says little of a smooth minimum: the vertex of a parabola through the
 /// logarithms of length and error, from half to twice the least, says it to a per cent or two. Its
-/// interval is that of the jackknife over runs, for all lengths see the same ones.
+/// interval is that of the jackknife over runs, for all lengths see the same ones. Where a minimum
+/// is so flat that a run more or less takes the vertex away, the least is told as it is, with all
+/// lengths whose errors differ from its no more, run by run, than chance would have it.
 pub(super) fn best(rows: &[&Row], family: &str, column: Column) -> Option<Measured> {
     let cells = cells(rows, family, column);
     let runs = cells.iter().map(|(_, squares)| squares.len()).min()?;
     if cells.iter().any(|(_, squares)| squares.len() != runs) {
         return None;
     }
-    let near = near_the_least(cells);
-    let all = vertex(&near, None)?;
+    let sum = |cell: &Cell| cell.1.iter().sum::<f64>();
+    let least = cells.iter().min_by(|a, b| sum(a).total_cmp(&sum(b)))?;
+    let near = |cell: &&Cell| (0.49..2.05).contains(&(cell.0 / least.0)) && sum(cell).is_finite();
+    let valley: Vec<&Cell> = cells.iter().filter(near).collect();
+    of_valley(&valley, runs).or_else(|| alike(&cells, least))
+}
+
+/// The vertex with its jackknife.
+fn of_valley(valley: &[&Cell], runs: usize) -> Option<Measured> {
+    let all = vertex(valley, None)?;
     let n = runs as f64;
-    let without = (0..runs).map(|left_out| vertex(&near, Some(left_out)));
-    let pseudo: Option<Vec<f64>> =
-        without.map(|found| Some(n * all - (n - 1.0) * found?)).collect();
-    let open = Measured { value: all.exp(), low: 0.0, high: f64::INFINITY, runs };
-    let Some(found) = pseudo.and_then(|pseudo| mean(&pseudo)) else { return Some(open) };
+    let pseudo = (0..runs).map(|left_out| {
+        let without = vertex(valley, Some(left_out))?;
+        Some(n * all - (n - 1.0) * without)
+    });
+    let found = mean(&pseudo.collect::<Option<Vec<f64>>>()?)?;
     let half = 0.5 * (found.high - found.low);
-    Some(Measured { low: (all - half).exp(), high: (all + half).exp(), ..open })
+    Some(Measured { value: all.exp(), low: (all - half).exp(), high: (all + half).exp(), runs })
+}
+
+/// The least, and from the first to the last length that cannot be told from it.
+fn alike(cells: &[Cell], least: &Cell) -> Option<Measured> {
+    let is_alike = |cell: &&Cell| {
+        let differences: Vec<f64> = cell.1.iter().zip(&least.1).map(|(a, b)| a - b).collect();
+        mean(&differences).is_some_and(|difference| difference.low <= 0.0)
+    };
+    let lengths = || cells.iter().filter(is_alike).map(|(length, _)| *length);
+    let (low, high) = (lengths().next()?, lengths().last()?);
+    Some(Measured { value: least.0, low, high, runs: least.1.len() })
 }
 
 fn cells(rows: &[&Row], family: &str, column: Column) -> Vec<Cell> {
@@ -46,17 +67,9 @@ fn cells(rows: &[&Row], family: &str, column: Column) -> Vec<Cell> {
     lengths.into_iter().map(of).collect()
 }
 
-fn near_the_least(cells: Vec<Cell>) -> Vec<Cell> {
-    let sum = |cell: &Cell| cell.1.iter().sum::<f64>();
-    let least = cells.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).map(|cell| cell.0);
-    let Some(least) = least else { return cells };
-    let near = |cell: &Cell| (0.49..2.05).contains(&(cell.0 / least)) && sum(cell).is_finite();
-    cells.into_iter().filter(near).collect()
-}
-
 /// Logarithm of the length where the parabola through all points is lowest, by least squares. None
 /// where it has no lowest point between them.
-fn vertex(cells: &[Cell], left_out: Option<usize>) -> Option<f64> {
+fn vertex(cells: &[&Cell], left_out: Option<usize>) -> Option<f64> {
     let log_error = |squares: &[f64]| {
         let kept = squares.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
         kept.map(|(_, square)| square).sum::<f64>().ln()
@@ -84,6 +97,8 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "lengths as they were given")]
+
     use super::*;
 
     /// Errors that are least at `least`, alike in all runs but for their size.
@@ -98,11 +113,29 @@ mod tests {
     fn the_vertex_of_a_parabola_is_found_between_its_points() {
         let cells = parabola(62.0, &[40.0, 50.0, 70.0, 90.0]);
         for left_out in [None, Some(2)] {
-            let found = vertex(&cells, left_out).unwrap().exp();
+            let found = vertex(&cells.iter().collect::<Vec<_>>(), left_out).unwrap().exp();
             assert!((found / 62.0 - 1.0).abs() < 1e-9, "{found}");
         }
         // Beyond the points, and upside down, there is none.
-        assert_eq!(vertex(&parabola(30.0, &[40.0, 50.0, 70.0]), None), None);
-        assert_eq!(vertex(&parabola(62.0, &[40.0, 50.0]), None), None);
+        for (least, lengths) in [(30.0, vec![40.0, 50.0, 70.0]), (62.0, vec![40.0, 50.0])] {
+            let cells = parabola(least, &lengths);
+            assert_eq!(vertex(&cells.iter().collect::<Vec<_>>(), None), None, "{lengths:?}");
+        }
+    }
+
+    #[test]
+    fn a_flat_minimum_is_told_with_all_that_cannot_be_told_from_it() {
+        // Ten lengths apart: two alike but for a scatter that is larger than their difference.
+        let scattered = |mean: f64, phase: f64| -> Vec<f64> {
+            (0..40).map(|run| mean + 0.2 * (phase * f64::from(run)).sin()).collect()
+        };
+        let cells = [
+            (1.0, scattered(2.0, 0.3)),
+            (10.0, scattered(1.0, 1.1)),
+            (100.0, scattered(1.01, 1.7)),
+            (1000.0, scattered(1.5, 2.3)),
+        ];
+        let found = alike(&cells, &cells[1]).unwrap();
+        assert_eq!((found.value, found.low, found.high), (10.0, 10.0, 100.0));
     }
 }

@@ -58,11 +58,15 @@ pub struct Published {
 
 impl Published {
     /// How far `found` is off in standard errors of what was published: so many runs would have,
-    /// with the scatter that is found here. Differences within the rounding are none.
+    /// with the scatter that is found here, as soon as there are runs enough to know it by.
+    /// Differences within the rounding are none.
     fn off(&self, found: &Measured) -> Option<Measured> {
+        if found.value.is_infinite() {
+            return Some(*found);
+        }
         let half = 0.5 * (found.high - found.low);
         let runs = found.runs;
-        if !half.is_finite() || runs < 2 {
+        if runs < RUNS_OF_A_SCATTER {
             let (low, high) = (f64::NEG_INFINITY, f64::INFINITY);
             return Some(Measured { value: 0.0, low, high, runs });
         }
@@ -75,6 +79,9 @@ impl Published {
         Some(Measured { value, low, high, runs })
     }
 }
+
+/// Runs that a scatter is known from to a sixth of itself, 1/√(2·19).
+const RUNS_OF_A_SCATTER: usize = 20;
 
 /// Half width of an interval of many runs, standard errors.
 const HALF_WIDTH: f64 = 1.96;

@@ -159,7 +159,11 @@ fn a_published_value_is_left_by_its_own_standard_errors() {
     assert_eq!(verdict(&rows, of(0.93), 1.7..=2.3), Verdict::Met);
     assert_eq!(verdict(&rows, of(1.07), -2.3..=-1.7), Verdict::Met);
     assert_eq!(verdict(&rows, of(1.2), -3.2..=3.2), Verdict::NotMet);
-    assert_eq!(verdict(&rows[..1], of(1.0), -3.2..=3.2), Verdict::Undecided);
+    let mut stopped = rows.clone();
+    stopped.push(row(5000, HALF2, None));
+    assert_eq!(verdict(&stopped, of(1.0), -99.0..=99.0), Verdict::NotMet);
+    // Nineteen do not know their own scatter well enough to be held against anything.
+    assert_eq!(verdict(&rows[..19], of(1.0), -99.0..=99.0), Verdict::Undecided);
 }
 
 #[test]
