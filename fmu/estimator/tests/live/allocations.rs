@@ -1,43 +1,13 @@
 //! What the estimator needs is allocated when it is made, through all of a swing.
 
-#![expect(unsafe_code, reason = "counting allocations takes an allocator of its own")]
-
 use crate::rig::{Case, Run, STEP_S, name};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use struna_estimator::{LiveEstimator, RateEstimator, Status};
-
-/// The system's allocator, counting.
-struct Counting;
-
-thread_local! {
-    /// Per thread, so that neither the test harness nor other tests disturb the count.
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system's allocator unchanged; the counter is a plain thread-local
-// cell that needs neither allocation nor destructor.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: `memory` is asked for as the caller asks, who keeps to alloc's contract.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: `memory` came from the system's allocator with this layout.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Allocations of a call.
 fn allocations_of<T>(call: impl FnOnce() -> T) -> (u64, T) {
-    let before = ALLOCATIONS.get();
-    let answer = call();
-    (ALLOCATIONS.get() - before, answer)
+    let mut answer = None;
+    let made = allocation_counter::measure(|| answer = Some(call()));
+    (made.count_total, answer.unwrap())
 }
 
 /// Takes samples in, and gives the allocations and what was shown after each.
