@@ -42,7 +42,7 @@ impl Covariance {
     ///
     /// With P positive semi-definite both terms are, and rounding cannot make the second less: no
     /// difference is left that could cancel below zero, as a − b²/S may. What Joseph's form gives
-    /// for any gain this gives for the optimal one, with a third of the operations; and next to all
+    /// for any gain this gives for the optimal one, with half the operations; and next to all
     /// of them can be done while the division is on its way.
     #[inline(always)]
     pub(crate) fn updated(self, r_rad2_s2: f64, inverse: f64) -> Result<Self, EstimatorError> {
@@ -80,5 +80,33 @@ impl Covariance {
         self.angle_rad2 >= 0.0
             && self.rate_rad2_s2 >= 0.0
             && determinant >= -4.0 * f64::EPSILON * product
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_update_is_the_textbooks_where_nothing_is_rounded() {
+        let p = Covariance { angle_rad2: 2.0, cross_rad2_s: 1.0, rate_rad2_s2: 1.0 };
+        // a − b²/S, b·R/S and c·R/S with S = 2.
+        let updated = Covariance { angle_rad2: 1.5, cross_rad2_s: 0.5, rate_rad2_s2: 0.5 };
+        assert_eq!(p.updated(1.0, 0.5), Ok(updated));
+    }
+
+    /// Angle and rate that go together to the last digit, and the last digit on the wrong side.
+    #[test]
+    fn a_determinant_rounded_below_zero_takes_nothing_off_the_angles_variance() {
+        let p = Covariance { angle_rad2: 1.0, cross_rad2_s: 1.0 + 1e-15, rate_rad2_s2: 1.0 };
+        let r_rad2_s2 = 1e-20;
+        let updated = p.updated(r_rad2_s2, 1.0 / (1.0 + r_rad2_s2)).unwrap();
+        assert_eq!(updated.angle_rad2.to_bits(), r_rad2_s2.to_bits());
+    }
+
+    #[test]
+    fn a_determinant_that_is_no_number_is_refused() {
+        let p = Covariance { angle_rad2: 1e200, cross_rad2_s: 1e200, rate_rad2_s2: 1e200 };
+        assert_eq!(p.updated(1.0, 1e-200), Err(EstimatorError::Overflow));
     }
 }

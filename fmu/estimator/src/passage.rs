@@ -79,3 +79,38 @@ impl Passage {
             + (self.from_cross[K] * p.cross_rad2_s + self.from_angle_variance[K] * p.angle_rad2)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Φ = [2, 3; 5, 7], P = [11, 13; 13, 17], x = (1, 2), q·Q = 2·[1, 2; 2, 3]; by hand.
+    #[test]
+    fn a_passage_is_the_product_of_matrices() {
+        let t = Transition { f11: 2.0, f12: 3.0, f21: 5.0, f22: 7.0, q11: 1.0, q12: 2.0, q22: 3.0 };
+        let passage = Passage::new(&t, 2.0);
+        let p = Covariance { angle_rad2: 11.0, cross_rad2_s: 13.0, rate_rad2_s2: 17.0 };
+        let belief = Belief { angle_rad: 1.0, rate_rad_s: 2.0, covariance: p };
+        let later = Covariance { angle_rad2: 355.0, cross_rad2_s: 848.0, rate_rad2_s2: 2024.0 };
+        assert_eq!(passage.covariance(&p), Ok(later));
+        assert_eq!(passage.covariance_unjudged(&p), later);
+        assert_eq!((passage.angle(&belief), passage.rate(&belief)), (8.0, 19.0));
+    }
+
+    #[test]
+    fn a_covariance_that_leaves_the_range_is_refused_by_any_of_its_numbers() {
+        let still =
+            Transition { f11: 1.0, f12: 0.0, f21: 0.0, f22: 1.0, q11: 0.0, q12: 0.0, q22: 0.0 };
+        let p = Covariance { angle_rad2: 1.0, cross_rad2_s: 0.0, rate_rad2_s2: 1.0 };
+        let noises = [
+            Transition { q11: f64::INFINITY, ..still },
+            Transition { q12: f64::INFINITY, ..still },
+            Transition { q22: f64::INFINITY, ..still },
+        ];
+        assert_eq!(Passage::new(&still, 1.0).covariance(&p), Ok(p));
+        for noise in noises {
+            let refused = Passage::new(&noise, 1.0).covariance(&p);
+            assert_eq!(refused, Err(EstimatorError::Overflow), "{noise:?}");
+        }
+    }
+}
