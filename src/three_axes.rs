@@ -2,7 +2,7 @@
 
 use crate::scenario::ThreeAxisPlan;
 use struna_estimator::{
-    ConfigError, EstimatorError, InputAxis, StartPrior, SwingConfig, ThreeAxisFilter,
+    ConfigError, EstimatorError, Innovation, InputAxis, StartPrior, SwingConfig, ThreeAxisFilter,
 };
 use struna_harness::{DeviceError, DeviceFault, DeviceUnderTest};
 use struna_kernel::{AngleEstimate, EstimateStatus, RAD_PER_DEG, RateSample, SimTime};
@@ -50,7 +50,7 @@ impl ThreeAxisDevice {
             return Ok(f64::NAN);
         };
         match self.filter.update(self.axes.to_body([x, y, sample.rate_rad_s])) {
-            Ok(innovations) => Ok(innovations.iter().map(|of| of.nis()).sum::<f64>() / 3.0),
+            Ok(innovations) => Ok(innovations.iter().map(Innovation::nis).sum::<f64>() / 3.0),
             // A number that is none tells nothing, of body or filter.
             Err(EstimatorError::BadMeasurement { .. }) => Ok(f64::NAN),
             Err(refusal) => Err(refusal),
