@@ -143,7 +143,7 @@ impl Noise {
     }
 
     /// Torque held on `cell`, body components, N·m.
-    #[inline]
+    #[inline(always)]
     fn of(&mut self, cell: u64) -> Vector3<f64> {
         let block = cell / CELLS as u64;
         if self.block != Some(block) {
@@ -204,7 +204,7 @@ impl Timeline {
     }
 
     /// Passes `now`, which [`Self::next_change`] gave, and gives the impulses that act then.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn pass(&mut self, now: SimTime) -> Vec<Impulse> {
         let mut acting = Vec::new();
         while let Some(impulse) = self.impulses.get(self.next_impulse).filter(|i| i.time <= now) {
@@ -234,10 +234,12 @@ impl Timeline {
     }
 
     /// Torque held on the current cell, body components, N·m.
+    #[inline(always)]
     pub(crate) fn held_b_n_m(&mut self) -> Vector3<f64> {
         self.noise_of(self.cell)
     }
 
+    #[inline(always)]
     fn noise_of(&mut self, cell: u64) -> Vector3<f64> {
         match &mut self.noise {
             Some(noise) => noise.of(cell),

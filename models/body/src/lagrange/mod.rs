@@ -9,6 +9,7 @@ mod plain;
 pub use full::{FULL_STATES, FullEquations};
 pub use plain::{BodyEquations, STATES, TILT_MAX_RAD};
 
+use crate::batch::{Work, done_fast};
 use crate::disturbance::Timeline;
 use crate::error::{Posture, Stop, StopReason};
 use crate::ode::{Dop853, OdeError, Rhs, Rk4, Tolerance, dop853_step, rk4_step};
@@ -77,7 +78,7 @@ impl<const N: usize> Stepper<N> {
     }
 
     /// The states at `time_s` into `states`, which an error leaves alone.
-    #[inline]
+    #[inline(always)]
     fn carry<R: Rhs<N>>(
         &mut self,
         rhs: &R,
@@ -85,7 +86,7 @@ impl<const N: usize> Stepper<N> {
         states: &mut [f64; N],
     ) -> Result<(), OdeError<N>> {
         match self {
-            Self::Rk4(walk) => walk.carry(rhs, time_s, states),
+            Self::Rk4(walk) => walk.carry_on(rhs, time_s, states),
             Self::Dop853(run) => {
                 *states = run.state_at(rhs, time_s)?;
                 Ok(())
@@ -136,8 +137,14 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
     }
 
     /// Carries the motion to `time`. What acts at this very instant does not show yet.
-    #[inline]
     pub(crate) fn carry_to(&mut self, time: SimTime) -> Result<(), BodyError> {
+        done_fast(Carry { lagrange: self, time })
+    }
+
+    /// One function with the steps, so that the states stay in registers from one cell of the
+    /// noise to the next.
+    #[inline(always)]
+    fn carry_on(&mut self, time: SimTime) -> Result<(), BodyError> {
         while let Some(change) = self.timeline.next_change().filter(|change| *change < time) {
             self.advance(change)?;
             let impulses = self.timeline.pass(change);
@@ -160,7 +167,7 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
     }
 
     /// Carries the states to `time`, between changes of torque.
-    #[inline]
+    #[inline(always)]
     fn advance(&mut self, time: SimTime) -> Result<(), BodyError> {
         // The states at an instant do not depend on how often it was asked for; and a sample at
         // the very border of two cells asks for it twice, at the price of a shortened step each.
@@ -183,6 +190,7 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
 
     /// Strikes the body and holds the torque of the timeline's cell from the instant reached on.
     /// The integration restarts there, so that no step spans the jump.
+    #[inline(always)]
     fn restart(&mut self, impulses: &[Impulse]) -> Result<(), BodyError> {
         if !impulses.is_empty() {
             let elapsed_s = self.reached.seconds_since(self.origin);
@@ -280,6 +288,21 @@ impl<const N: usize, F: Form<N>> Lagrange<N, F> {
             return Some(StopReason::StringTooTilted);
         }
         None
+    }
+}
+
+/// A call of [`Lagrange::carry_to`].
+struct Carry<'a, const N: usize, F> {
+    lagrange: &'a mut Lagrange<N, F>,
+    time: SimTime,
+}
+
+impl<const N: usize, F: Form<N>> Work for Carry<'_, N, F> {
+    type Outcome = Result<(), BodyError>;
+
+    #[inline(always)]
+    fn done(self) -> Self::Outcome {
+        self.lagrange.carry_on(self.time)
     }
 }
 

@@ -125,44 +125,39 @@ impl BodyEquations {
         (1.0 / (1.0 + g[2]), 1.0 / reaction)
     }
 
-    /// Angular acceleration and the pull of the string times d, N·m, given γ, ω, the string's
-    /// torque divided by (1+γ₃), and the inverse of the reaction's denominator.
-    #[inline(always)]
-    fn angular_acceleration(
-        &self,
-        g: [f64; 3],
-        w: [f64; 3],
-        string_n_m: f64,
-        inverse_reaction: f64,
-    ) -> ([f64; 3], f64) {
-        let [ia, ib, ic] = self.inverse_inertia;
-        let [n1, n2, n3] = self.torque_n_m;
-        // Fall of the centre of mass that the rates alone cause: h of the equations above.
-        let g1_rate = g[1] * w[2] - g[2] * w[1];
-        let g2_rate = g[2] * w[0] - g[0] * w[2];
-        let h = g1_rate * w[1] - g2_rate * w[0];
-        let f = self.pendulum_n_m - self.sway_kg_m2 * h;
-        // J⁻¹ times everything on the right, as if the string's force did not react.
-        let j1 = ia * (string_n_m * g[0] + n1 - g[1] * f) - self.gyroscopic[0] * w[1] * w[2];
-        let j2 = ib * (string_n_m * g[1] + n2 + g[0] * f) - self.gyroscopic[1] * w[2] * w[0];
-        let j3 = ic * (string_n_m * (1.0 + g[2]) + n3) - self.gyroscopic[2] * w[0] * w[1];
-        // Sherman-Morrison: subtract J⁻¹u · M d² (u·j) / (1 + M d² u·J⁻¹u).
-        let s = self.sway_kg_m2 * (g[0] * j2 - g[1] * j1) * inverse_reaction;
-        ([j1 + g[1] * ia * s, j2 - g[0] * ib * s, j3], f - s)
-    }
-
     /// Angular acceleration, twist rate and the pull of the string times d at these states.
+    ///
+    /// What waits for a division is multiplied last and by as little as possible: the steps of a
+    /// walk follow from each other, so the longest chain of operations is the time they take.
     #[inline(always)]
     fn accelerations(&self, y: &[f64; STATES]) -> ([f64; 3], f64, f64) {
         let [qw, qx, qy, qz, w1, w2, w3, twist, ..] = *y;
-        let (g, w) = (vertical([qw, qx, qy, qz]), [w1, w2, w3]);
+        let g = vertical([qw, qx, qy, qz]);
         let (inverse_upright, inverse_reaction) = self.inverses(g);
-        let rate = twist_rate(g, w, inverse_upright);
+        let [ia, ib, ic] = self.inverse_inertia;
+        let [n1, n2, n3] = self.torque_n_m;
+        let [e1, e2, e3] = self.gyroscopic;
+
         // Along the bisector of vertical and body axis: equal shares in ψ and φ.
-        let string_n_m =
-            -(self.stiffness_n_m_rad * twist + self.damping_n_m_s_rad * rate) * inverse_upright;
-        let (acceleration, pull) = self.angular_acceleration(g, w, string_n_m, inverse_reaction);
-        (acceleration, rate, pull)
+        let swinging = w1 * g[0] + w2 * g[1];
+        let steady_n_m = self.stiffness_n_m_rad * twist + self.damping_n_m_s_rad * w3;
+        let swinging_n_m = self.damping_n_m_s_rad * swinging;
+        let string_n_m = -(steady_n_m + swinging_n_m * inverse_upright) * inverse_upright;
+        let twist_rate = w3 + swinging * inverse_upright;
+
+        // Fall of the centre of mass that the rates alone cause: h of the equations above.
+        let g1_rate = g[1] * w3 - g[2] * w2;
+        let g2_rate = g[2] * w1 - g[0] * w3;
+        let h = g1_rate * w2 - g2_rate * w1;
+        let f = self.pendulum_n_m - self.sway_kg_m2 * h;
+        // J⁻¹ times everything on the right, as if the string's force did not react.
+        let j1 = string_n_m * (ia * g[0]) + (ia * (n1 - g[1] * f) - e1 * w2 * w3);
+        let j2 = string_n_m * (ib * g[1]) + (ib * (n2 + g[0] * f) - e2 * w3 * w1);
+        let j3 = string_n_m * (ic * (1.0 + g[2])) + (ic * n3 - e3 * w1 * w2);
+        // Sherman-Morrison: subtract J⁻¹u · M d² (u·j) / (1 + M d² u·J⁻¹u).
+        let reaction = self.sway_kg_m2 * inverse_reaction;
+        let s = (g[0] * reaction) * j2 - (g[1] * reaction) * j1;
+        ([j1 + (g[1] * ia) * s, j2 - (g[0] * ib) * s, j3], twist_rate, f - s)
     }
 }
 
@@ -171,12 +166,6 @@ impl BodyEquations {
 fn vertical(q: [f64; 4]) -> [f64; 3] {
     let [w, x, y, z] = q;
     [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 2.0 * (w * w + z * z) - 1.0]
-}
-
-/// Twist rate τ′ = ω·(γ + e₃)/(1+γ₃), given 1/(1+γ₃).
-#[inline(always)]
-fn twist_rate(g: [f64; 3], w: [f64; 3], inverse_upright: f64) -> f64 {
-    w[2] + (w[0] * g[0] + w[1] * g[1]) * inverse_upright
 }
 
 impl Rhs<STATES> for BodyEquations {
@@ -267,7 +256,7 @@ impl Form<STATES> for BodyEquations {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&mut self, _origin_s: f64, torque_b_n_m: Vector3<f64>) {
         self.torque_n_m = torque_b_n_m.into();
     }

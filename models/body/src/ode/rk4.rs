@@ -76,7 +76,7 @@ impl<const N: usize> Rk4<N> {
     }
 
     /// Starts again from `state` at time zero.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn restart(&mut self, state: &[f64; N]) {
         (self.index, self.state) = (0, *state);
     }
@@ -87,25 +87,16 @@ impl<const N: usize> Rk4<N> {
     /// [`OdeError::Setting`] for an instant that has passed, [`OdeError::TooManySteps`] before
     /// any step is taken, [`OdeError::Diverged`] and [`OdeError::OutsideDomain`] on the way. The
     /// walk then stays where the call found it.
-    #[inline]
     pub fn state_at<R: Rhs<N>>(&mut self, rhs: &R, time_s: f64) -> Result<[f64; N], OdeError<N>> {
         let mut answer = self.state;
-        self.carry(rhs, time_s, &mut answer)?;
+        done_fast(Carry { walk: self, rhs, time_s, answer: &mut answer })?;
         Ok(answer)
     }
 
-    /// [`Self::state_at`] into `answer`, which an error leaves alone.
-    pub(crate) fn carry<R: Rhs<N>>(
-        &mut self,
-        rhs: &R,
-        time_s: f64,
-        answer: &mut [f64; N],
-    ) -> Result<(), OdeError<N>> {
-        done_fast(Carry { walk: self, rhs, time_s, answer })
-    }
-
+    /// [`Self::state_at`] into `answer`, which an error leaves alone; for those who are compiled
+    /// for the extension themselves.
     #[inline(always)]
-    fn carry_on<R: Rhs<N>>(
+    pub(crate) fn carry_on<R: Rhs<N>>(
         &mut self,
         rhs: &R,
         time_s: f64,
@@ -172,7 +163,7 @@ impl<const N: usize> Rk4<N> {
     }
 }
 
-/// A call of [`Rk4::carry`].
+/// A call of [`Rk4::state_at`].
 struct Carry<'a, const N: usize, R> {
     walk: &'a mut Rk4<N>,
     rhs: &'a R,
