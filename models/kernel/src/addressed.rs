@@ -95,11 +95,16 @@ impl AddressedRandom {
     }
 }
 
-/// See [`AddressedRandom::uniform`].
+/// (w + ½)·2⁻⁵² with w the upper 52 bits of `word`: see [`AddressedRandom::uniform`].
+///
+/// Written into the fraction of a number between one and two, w needs no conversion. That of
+/// x86-64 waits for whatever was last in its register, and so one normal number for the other.
 #[inline(always)]
 fn uniform_of(word: u64) -> f64 {
-    const SPACING: f64 = 1.0 / (1_u64 << 52) as f64;
-    ((word >> 12) as f64 + 0.5) * SPACING
+    const ONE: u64 = 1.0_f64.to_bits();
+    const HALF_SPACING: f64 = 1.0 / (1_u64 << 53) as f64;
+    // Neither difference nor sum rounds: both are multiples of 2⁻⁵³ below one.
+    f64::from_bits(ONE | (word >> 12)) - 1.0 + HALF_SPACING
 }
 
 /// Half width of the centre, in probability, where no logarithm is needed.
@@ -295,6 +300,16 @@ mod tests {
         ];
         for (k, words) in all.iter().enumerate() {
             assert!(!all[..k].contains(words), "sequence {k} repeats an earlier one");
+        }
+    }
+
+    #[test]
+    fn a_uniform_number_is_the_middle_of_its_cell() {
+        for word in [0, 1 << 11, 1 << 12, 1 << 63, 0x0123_4567_89ab_cdef, u64::MAX - 4096, u64::MAX]
+        {
+            let cell = (word >> 12) as f64;
+            let expected = (cell + 0.5) / (1_u64 << 52) as f64;
+            assert_eq!(uniform_of(word).to_bits(), expected.to_bits(), "{word:x}");
         }
     }
 
