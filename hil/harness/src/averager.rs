@@ -1,6 +1,6 @@
 //! From decoded gyro samples to the averaged rate that estimators are given.
 
-use struna_kernel::{RateSample, SampleGrid, SimTime};
+use struna_kernel::{GridWalk, RateSample, SampleGrid, SimTime};
 
 /// Averages fixed groups of consecutive gyro samples.
 ///
@@ -11,9 +11,18 @@ use struna_kernel::{RateSample, SampleGrid, SimTime};
 /// Gyro sample `k` is the mean rate over the interval from grid instant `k` to `k + 1`.
 #[derive(Debug, Clone)]
 pub struct Averager {
-    grid: SampleGrid,
+    walk: GridWalk,
+    groups: Groups,
+}
+
+/// The group under way, and where the last one ended.
+#[derive(Debug, Clone)]
+struct Groups {
     per_output: u64,
-    group: u64,
+    half_period_s: f64,
+    /// First sample of the group, and of the next.
+    begin: u64,
+    end: u64,
     sum_rad_s: f64,
     /// Sums of the two further rates, once a sample of the group has brought them.
     cross_sums_rad_s: Option<[f64; 2]>,
@@ -52,19 +61,20 @@ impl Averager {
         if per_output == 0 {
             return Err(AveragerError);
         }
-        let (group, count, expected, lost) = (0, 0, 0, 0);
-        Ok(Self {
-            grid,
+        let groups = Groups {
             per_output,
-            group,
+            half_period_s: 0.5 * grid.period_s(),
+            begin: 0,
+            end: per_output,
             sum_rad_s: 0.0,
             cross_sums_rad_s: None,
-            count,
+            count: 0,
             over_range: false,
-            expected,
-            lost,
+            expected: 0,
+            lost: 0,
             closed: grid.time_of(0),
-        })
+        };
+        Ok(Self { walk: GridWalk::new(grid), groups })
     }
 
     /// Takes gyro sample `index`; hands out each average that it completes or leaves behind.
@@ -77,8 +87,11 @@ impl Averager {
         over_range: bool,
         sink: &mut impl FnMut(&RateSample),
     ) {
-        let grid = self.grid;
-        self.add_timed(index, rate_rad_s, over_range, &|instant| grid.time_of(instant), sink);
+        self.add_measured(
+            index,
+            Measured { rate_rad_s, cross_rates_rad_s: None, over_range },
+            sink,
+        );
     }
 
     /// As [`Self::add`], with instants from `times` in place of the grid: those of a live gyro's
@@ -95,7 +108,7 @@ impl Averager {
         sink: &mut impl FnMut(&RateSample),
     ) {
         let measured = Measured { rate_rad_s, cross_rates_rad_s: None, over_range };
-        self.arrive(index, Some(measured), times, sink);
+        self.groups.arrive(index, Some(measured), &mut |at| times(at), sink);
     }
 
     /// As [`Self::add`], of a sample that may hold the rates about the other two axes as well.
@@ -105,8 +118,8 @@ impl Averager {
         measured: Measured,
         sink: &mut impl FnMut(&RateSample),
     ) {
-        let grid = self.grid;
-        self.arrive(index, Some(measured), &|instant| grid.time_of(instant), sink);
+        let Self { walk, groups } = self;
+        groups.arrive(index, Some(measured), &mut |at| walk.time_of(at), sink);
     }
 
     /// As [`Self::add_measured`], with instants from `times` as in [`Self::add_timed`].
@@ -117,14 +130,14 @@ impl Averager {
         times: &impl Fn(u64) -> SimTime,
         sink: &mut impl FnMut(&RateSample),
     ) {
-        self.arrive(index, Some(measured), times, sink);
+        self.groups.arrive(index, Some(measured), &mut |at| times(at), sink);
     }
 
     /// Takes note of frame `index`, which carries no rate but another channel's value: its place
     /// in the group stays empty, and it is not lost.
     pub fn pass_over(&mut self, index: u64, sink: &mut impl FnMut(&RateSample)) {
-        let grid = self.grid;
-        self.arrive(index, None, &|instant| grid.time_of(instant), sink);
+        let Self { walk, groups } = self;
+        groups.arrive(index, None, &mut |instant| walk.time_of(instant), sink);
     }
 
     /// As [`Self::pass_over`], with instants from `times` as in [`Self::add_timed`].
@@ -134,25 +147,28 @@ impl Averager {
         times: &impl Fn(u64) -> SimTime,
         sink: &mut impl FnMut(&RateSample),
     ) {
-        self.arrive(index, None, times, sink);
+        self.groups.arrive(index, None, &mut |at| times(at), sink);
     }
+}
 
+impl Groups {
+    #[inline]
     fn arrive(
         &mut self,
         index: u64,
         measured: Option<Measured>,
-        times: &impl Fn(u64) -> SimTime,
+        times: &mut impl FnMut(u64) -> SimTime,
         sink: &mut impl FnMut(&RateSample),
     ) {
         if index < self.expected {
             return;
         }
-        if index / self.per_output > self.group {
+        if index >= self.end {
             self.close(times, sink);
-            self.group = index / self.per_output;
+            self.enter(index - index % self.per_output);
         }
         self.lost += index - self.expected;
-        self.expected = index + 1;
+        self.expected = index.saturating_add(1);
         if let Some(measured) = measured {
             self.sum_rad_s += measured.rate_rad_s;
             self.count += 1;
@@ -162,27 +178,37 @@ impl Averager {
                 self.cross_sums_rad_s = Some([sum_x + x_rad_s, sum_y + y_rad_s]);
             }
         }
-        if self.expected.is_multiple_of(self.per_output) {
+        if self.expected == self.end {
             self.close(times, sink);
-            self.group += 1;
+            self.enter(self.end);
         }
     }
 
+    #[inline]
+    fn enter(&mut self, begin: u64) {
+        (self.begin, self.end) = (begin, begin.saturating_add(self.per_output));
+    }
+
     /// Hands out the average of the current group, if anything of it arrived.
-    fn close(&mut self, times: &impl Fn(u64) -> SimTime, sink: &mut impl FnMut(&RateSample)) {
+    #[inline]
+    fn close(
+        &mut self,
+        times: &mut impl FnMut(u64) -> SimTime,
+        sink: &mut impl FnMut(&RateSample),
+    ) {
         if self.count == 0 {
             return;
         }
-        let begin = times(self.group * self.per_output);
-        let is_gap = begin.seconds_since(self.closed) > 0.5 * self.grid.period_s();
+        let begin = times(self.begin);
+        let is_gap = begin > self.closed && begin.seconds_since(self.closed) > self.half_period_s;
         let from = if is_gap { begin } else { self.closed };
-        let time = times((self.group + 1) * self.per_output).max(from);
+        let time = times(self.end).max(from);
         self.closed = time;
         let cross_sums_rad_s = self.cross_sums_rad_s.take();
         sink(&RateSample {
             from,
             time,
-            rate_rad_s: self.sum_rad_s / self.count as f64,
+            rate_rad_s: self.mean_rad_s(),
             cross_rates_rad_s: cross_sums_rad_s.map(|sums| sums.map(|sum| sum / self.count as f64)),
             over_range: self.over_range,
             lost_before: self.lost,
@@ -191,6 +217,12 @@ impl Averager {
         self.count = 0;
         self.over_range = false;
         self.lost = 0;
+    }
+
+    /// One sample is its own mean, to the bit.
+    #[inline]
+    fn mean_rad_s(&self) -> f64 {
+        if self.count == 1 { self.sum_rad_s } else { self.sum_rad_s / self.count as f64 }
     }
 }
 

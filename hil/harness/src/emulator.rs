@@ -82,7 +82,8 @@ pub struct Emulator {
     raw: Vec<i64>,
     frame: Vec<u8>,
     injector: Option<Injector>,
-    before: Option<Reference>,
+    /// Instant and input angle of the last frame's motion.
+    before: Option<(SimTime, f64)>,
     report: EmulatorReport,
 }
 
@@ -169,6 +170,12 @@ impl Emulator {
     /// # Errors
     /// [`EmulatorError`] when the motion cannot be carried on; nothing was appended then.
     pub fn emit(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
+        if self.injector.is_none() {
+            let sent_before = out.len();
+            let now = self.take(out)?;
+            self.report.bytes += (out.len() - sent_before) as u64;
+            return Ok(now);
+        }
         self.emit_to(&mut |dispatch| {
             if let Dispatch::Bytes { bytes, .. } = dispatch {
                 out.extend_from_slice(bytes);
@@ -185,18 +192,33 @@ impl Emulator {
         &mut self,
         sink: &mut dyn FnMut(Dispatch<'_>),
     ) -> Result<Reference, EmulatorError> {
+        self.frame.clear();
+        let mut frame = std::mem::take(&mut self.frame);
+        let taken = self.take(&mut frame);
+        self.frame = frame;
+        let now = taken?;
+        let sent = &mut self.report.bytes;
+        let mut sink = counted(sent, sink);
+        match &mut self.injector {
+            Some(injector) => injector.dispatch(&self.frame, &mut sink),
+            None => sink(Dispatch::Bytes { ready: now.time, baud_ratio: 1.0, bytes: &self.frame }),
+        }
+        Ok(now)
+    }
+
+    /// Takes the next sample and appends its frame to `out`; nothing when it fails.
+    fn take(&mut self, out: &mut Vec<u8>) -> Result<Reference, EmulatorError> {
         let index = self.encoder.next_index();
-        let before = match self.before {
+        let (time_before, angle_before_rad) = match self.before {
             Some(before) => before,
-            None => self.first_reference(index)?,
+            None => self.first_instant(index)?,
         };
         let now = self.source.reference_at(self.next)?;
         if let Some(cross) = &mut self.cross {
             cross.advance(self.source.as_mut(), now.time)?;
         }
         let rate_rad_s = if self.gyro.takes_means() {
-            let turned_rad = now.input_angle_rad - before.input_angle_rad;
-            turned_rad / now.time.seconds_since(before.time)
+            (now.input_angle_rad - angle_before_rad) / now.time.seconds_since(time_before)
         } else {
             now.input_rate_rad_s
         };
@@ -212,28 +234,21 @@ impl Emulator {
             cross.sample(&input, &mut reading.flags, &mut self.raw);
         }
         self.layout.fill(&reading, &mut self.raw);
-        self.frame.clear();
-        self.encoder.encode(&self.raw, &mut self.frame)?;
-        self.before = Some(now);
+        self.encoder.encode(&self.raw, out)?;
+        self.before = Some((now.time, now.input_angle_rad));
         self.next = self.clock.time_of(self.encoder.next_index() + 1);
         self.report.frames += 1;
         self.report.saturated += u64::from(reading.flags.over_range);
-        let sent = &mut self.report.bytes;
-        let mut sink = counted(sent, sink);
-        match &mut self.injector {
-            Some(injector) => injector.dispatch(&self.frame, &mut sink),
-            None => sink(Dispatch::Bytes { ready: now.time, baud_ratio: 1.0, bytes: &self.frame }),
-        }
         Ok(now)
     }
 
-    /// The motion at the first instant, before which nothing has been sampled.
-    fn first_reference(&mut self, index: u64) -> Result<Reference, EmulatorError> {
+    /// The first instant, before which nothing has been sampled, and the input angle then, rad.
+    fn first_instant(&mut self, index: u64) -> Result<(SimTime, f64), EmulatorError> {
         let first = self.source.reference_at(self.clock.time_of(index))?;
         if let Some(cross) = &mut self.cross {
             cross.begin(self.source.as_mut(), first.time)?;
         }
-        Ok(first)
+        Ok((first.time, first.input_angle_rad))
     }
 
     /// Ends the stream: a frame that a fault holds back is handed over, events under way end.
@@ -280,11 +295,19 @@ pub(crate) fn check_scale(
 #[derive(Debug)]
 struct Layout {
     rate: usize,
-    temperature: Option<(usize, FieldSpec)>,
+    temperature: Option<Temperature>,
     valid: Option<Bit>,
     over_range: Option<Bit>,
     warm_up: Option<Bit>,
     temperature_valid: Option<Bit>,
+}
+
+/// The temperature's field, and its raw value for the last temperature, which seldom changes.
+#[derive(Debug)]
+struct Temperature {
+    at: usize,
+    field: FieldSpec,
+    last: Option<(f64, i64)>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -303,26 +326,42 @@ impl Layout {
             let flag = &frame.flags()[frame.flag_index(flag)?];
             Some(Bit { field: flag.field(), mask: flag.mask() })
         };
-        let temperature = frame.field_index("temp").map(|at| (at, frame.fields()[at].clone()));
+        let temperature = frame.field_index("temp").map(|at| {
+            let field = frame.fields()[at].clone();
+            Temperature { at, field, last: None }
+        });
         let (valid, over_range) = (bit("valid"), bit("over_range"));
         let (warm_up, temperature_valid) = (bit("warm_up"), bit("temp_valid"));
         Ok(Self { rate, temperature, valid, over_range, warm_up, temperature_valid })
     }
 
     /// Fills in what there is; the rest of `raw` is left as it is.
-    fn fill(&self, reading: &GyroReading, raw: &mut [i64]) {
+    fn fill(&mut self, reading: &GyroReading, raw: &mut [i64]) {
         raw[self.rate] = i64::from(reading.counts.0);
         let set = |raw: &mut [i64], bit: Option<Bit>, on: bool| {
             if let Some(Bit { field, mask }) = bit.filter(|_| on) {
                 raw[field] |= mask;
             }
         };
-        if let Some((at, field)) = &self.temperature {
-            raw[*at] = field.from_si(reading.temperature_deg_c);
+        if let Some(temperature) = &mut self.temperature {
+            raw[temperature.at] = temperature.raw_of(reading.temperature_deg_c);
             set(raw, self.temperature_valid, reading.flags.temperature_valid);
         }
         set(raw, self.valid, reading.flags.valid);
         set(raw, self.over_range, reading.flags.over_range);
         set(raw, self.warm_up, reading.flags.warm_up);
+    }
+}
+
+impl Temperature {
+    fn raw_of(&mut self, temperature_deg_c: f64) -> i64 {
+        match self.last {
+            Some((last_deg_c, raw)) if last_deg_c.to_bits() == temperature_deg_c.to_bits() => raw,
+            _ => {
+                let raw = self.field.from_si(temperature_deg_c);
+                self.last = Some((temperature_deg_c, raw));
+                raw
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! When a gyro samples: by a clock of its own.
 
 use crate::ClockParams;
-use struna_kernel::{AddressedRandom, Channel, RandomStream, SampleGrid, Seed, SimTime};
+use struna_kernel::{AddressedRandom, Channel, GridWalk, RandomStream, SampleGrid, Seed, SimTime};
 
 /// The clock's rate stops drifting after this long, so that it never runs backwards.
 const DRIFT_S_MAX: f64 = 1e7;
@@ -17,7 +17,7 @@ const NS_PER_S: f64 = 1e9;
 /// instants of its [`SampleGrid`] to the nanosecond.
 #[derive(Debug, Clone)]
 pub struct SampleClock {
-    grid: SampleGrid,
+    walk: GridWalk,
     /// Error of the true period, and half its change per second of the gyro's own time.
     period_error: f64,
     half_period_drift_per_s: f64,
@@ -46,7 +46,7 @@ impl SampleClock {
             })
         });
         Self {
-            grid,
+            walk: GridWalk::new(grid),
             period_error: -rate_error / (1.0 + rate_error),
             half_period_drift_per_s: -0.5 * params.drift_per_s,
             jitter,
@@ -56,7 +56,7 @@ impl SampleClock {
     /// The true instant of sample `k`. Changes nothing but what is kept ready for neighbours.
     #[must_use]
     pub fn time_of(&mut self, k: u64) -> SimTime {
-        let ideal = self.grid.time_of(k);
+        let ideal = self.walk.time_of(k);
         if self.is_perfect() {
             return ideal;
         }
@@ -75,7 +75,7 @@ impl SampleClock {
     /// The grid that it means to keep: the gyro's own time.
     #[must_use]
     pub fn grid(&self) -> SampleGrid {
-        self.grid
+        self.walk.grid()
     }
 
     /// Relative error of the sample rate at the start of this run, positive when the clock is

@@ -20,7 +20,7 @@ pub use random::{Channel, RandomStream, Seed};
 pub use samples::{
     AngleEstimate, BodyMotion, Counts, EstimateStatus, GyroReading, RateSample, ReadingFlags,
 };
-pub use time::{SampleGrid, SimTime, TimeError};
+pub use time::{GridWalk, SampleGrid, SimTime, TimeError};
 
 /// Radians in one degree; multiply degrees by it at the edge, never inside.
 pub const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;

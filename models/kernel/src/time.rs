@@ -156,6 +156,86 @@ impl SampleGrid {
     }
 }
 
+/// A grid that is asked for one instant after the other.
+///
+/// It gives the very instants of [`SampleGrid::time_of`], in whatever order they are asked for.
+/// Those a few places ahead of the last one cost an addition each, where the grid itself divides
+/// twice.
+#[derive(Debug, Clone, Copy)]
+pub struct GridWalk {
+    grid: SampleGrid,
+    at: u64,
+    /// Quotient and remainder of the place's rounded offset; the greatest number for a quotient
+    /// that does not fit.
+    offset_ns: u64,
+    rest: u64,
+    /// The same of one period.
+    period_ns: u64,
+    period_rest: u64,
+    now: SimTime,
+}
+
+/// Places that are walked; those farther away are jumped to.
+const WALK_MAX: u64 = 8;
+
+impl GridWalk {
+    /// A walk that begins at the origin of `grid`.
+    #[must_use]
+    pub const fn new(grid: SampleGrid) -> Self {
+        let n = grid.samples_per_interval.cast_unsigned();
+        let (period_ns, period_rest) = (GRID_INTERVAL_NS / n, GRID_INTERVAL_NS % n);
+        let (at, offset_ns, rest, now) = (0, 0, n / 2, grid.origin);
+        Self { grid, at, offset_ns, rest, period_ns, period_rest, now }
+    }
+
+    /// The grid.
+    #[must_use]
+    pub const fn grid(&self) -> SampleGrid {
+        self.grid
+    }
+
+    /// The `k`-th instant of the grid.
+    #[inline]
+    #[must_use]
+    pub fn time_of(&mut self, k: u64) -> SimTime {
+        match k.checked_sub(self.at) {
+            Some(0) => {}
+            Some(1..=WALK_MAX) => {
+                while self.at < k {
+                    self.step();
+                }
+            }
+            _ => self.jump(k),
+        }
+        self.now
+    }
+
+    #[inline]
+    fn step(&mut self) {
+        let n = self.grid.samples_per_interval.cast_unsigned();
+        let rest = self.rest + self.period_rest;
+        let (carry, rest) = if rest >= n { (1, rest - n) } else { (0, rest) };
+        match self.offset_ns.checked_add(self.period_ns + carry) {
+            Some(offset_ns) => {
+                (self.at, self.offset_ns, self.rest) = (self.at + 1, offset_ns, rest);
+                self.now = SimTime(self.grid.origin.0.saturating_add_unsigned(offset_ns));
+            }
+            None => self.jump(self.at + 1),
+        }
+    }
+
+    #[cold]
+    fn jump(&mut self, k: u64) {
+        let n = u128::from(self.grid.samples_per_interval.cast_unsigned());
+        let exact = u128::from(k) * u128::from(GRID_INTERVAL_NS) + n / 2;
+        self.at = k;
+        self.offset_ns = u64::try_from(exact / n).unwrap_or(u64::MAX);
+        self.rest =
+            u64::try_from(exact % n).expect("a remainder is less than a divisor of 64 bits");
+        self.now = self.grid.time_of(k);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -200,6 +280,27 @@ mod tests {
             // The usual ones take the quick way.
             let grid = SampleGrid::new(SimTime::ZERO, f64::from(coarse) / 1e3).unwrap();
             prop_assert!(coarse > 18_000_000 || grid.time_in_64_bits(few).is_some());
+        }
+
+        #[test]
+        fn a_walk_meets_the_instants_of_the_grid(
+            rate_mhz in prop_oneof![1_u64..2_000_000, 1_u64..=1_000_000_000_000],
+            origin_ns in prop_oneof![Just(0), any::<i64>()],
+            start in prop_oneof![0_u64..1_000_000, any::<u64>()],
+            steps in proptest::collection::vec(prop_oneof![Just(1), 0_u64..20], 1..200),
+            back in 0_u64..5,
+        ) {
+            let origin = SimTime::from_ns(origin_ns);
+            let grid = SampleGrid::new(origin, rate_mhz as f64 / 1e3).unwrap();
+            let mut walk = GridWalk::new(grid);
+            prop_assert_eq!(walk.time_of(0), origin);
+            let mut k = start;
+            for step in steps {
+                prop_assert_eq!(walk.time_of(k), grid.time_of(k));
+                let behind = k.saturating_sub(if step == 3 { back } else { 0 });
+                prop_assert_eq!(walk.time_of(behind), grid.time_of(behind));
+                k = k.saturating_add(step);
+            }
         }
 
         #[test]

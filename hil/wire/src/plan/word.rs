@@ -51,9 +51,9 @@ macro_rules! word {
             }
 
             #[inline(always)]
-            #[expect(clippy::cast_possible_truncation, reason = "the lowest 64 bits are asked for")]
             fn low_from(self, shift: u32) -> u64 {
-                (self >> (shift % Self::BITS)) as u64
+                let bytes = (self >> (shift % Self::BITS)).to_le_bytes();
+                u64::from_le_bytes(*bytes.first_chunk().expect("no word is shorter than 64 bits"))
             }
 
             #[inline(always)]
