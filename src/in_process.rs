@@ -35,11 +35,11 @@ impl DeviceUnderTest for InProcess {
             if sample.from > self.time {
                 estimator.predict(sample.from.seconds_since(self.time))?;
             }
-            estimator.predict(sample.span_s())?;
             if sample.over_range {
+                estimator.predict(sample.span_s())?;
                 estimator.update_over_range(sample.rate_rad_s)
             } else {
-                estimator.update(sample.rate_rad_s)
+                estimator.step(sample.span_s(), sample.rate_rad_s)
             }
         };
         let innovation = advance(self.estimator.as_mut()).map_err(|fault| DeviceError {

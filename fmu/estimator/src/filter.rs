@@ -312,6 +312,10 @@ impl<M: Motion> RateEstimator for Filter<M> {
         Ok(self.take_over(updated))
     }
 
+    fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        self.step(span_s, rate_rad_s)
+    }
+
     #[inline]
     fn belief(&self) -> Belief {
         self.state.carried.belief

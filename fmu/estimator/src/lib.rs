@@ -159,6 +159,16 @@ pub trait RateEstimator {
     /// [`EstimatorError::SingularInnovation`] when the gain cannot be formed.
     fn update(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError>;
 
+    /// Predicts over `span_s` and updates with a rate valid at its end: to the bit what
+    /// [`predict`](Self::predict) and [`update`](Self::update) give, where one call is shorter.
+    ///
+    /// # Errors
+    /// What they refuse; when the rate is refused, the prediction may have been made.
+    fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        self.predict(span_s)?;
+        self.update(rate_rad_s)
+    }
+
     /// Measurement update with a rate that the gyro itself flags as over range. An estimator that
     /// knows of no range, as those of 2008, takes it for what it says.
     ///

@@ -366,6 +366,10 @@ impl RateEstimator for AugmentedFilter {
         Ok(innovation)
     }
 
+    fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        self.step(span_s, rate_rad_s)
+    }
+
     /// It is judged, and left out.
     fn update_over_range(&mut self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         self.model.surprise(&self.state, rate_rad_s)
