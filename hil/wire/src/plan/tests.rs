@@ -96,7 +96,7 @@ proptest! {
         for (entropy, unfit) in entropy {
             let mut raw = raw_values(&spec, entropy);
             if let Some(unfit) = unfit {
-                let at = unfit.rem_euclid(raw.len() as i64).unsigned_abs();
+                let at = unfit.unsigned_abs() % raw.len() as u64;
                 raw[usize::try_from(at).unwrap()] = unfit >> (entropy % 64);
             }
             if entropy % 50 == 0 {
