@@ -202,6 +202,24 @@ mod tests {
         assert!((found / expected - 1.0).abs() < 0.01, "{found} for {expected}");
     }
 
+    /// The gyro shows rate and bias together: one exact look halves the variance of each when both
+    /// were equally unknown, and leaves their difference as it was.
+    #[test]
+    fn a_look_at_rate_and_bias_together_halves_both() {
+        let start = StartPrior {
+            rate_sigma_rad_s: 1.0,
+            bias_sigma_rad_s: 1.0,
+            ..StartPrior::released(0.0, 480.0)
+        };
+        let mut bound = Bound::new(&AugmentedConfig::quiet(start, 1e-6), 2);
+        bound.update(1e-12);
+        let p = &bound.p;
+        let difference = p[1][1] + p[4][4] - 2.0 * p[1][4];
+        for (found, expected) in [(p[1][1], 0.5), (p[4][4], 0.5), (difference, 2.0)] {
+            assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
+        }
+    }
+
     #[test]
     fn coarse_counts_tell_less_than_what_they_round() {
         // Well dithered, rounding adds the variance of a uniform error: 1/12.

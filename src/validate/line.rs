@@ -132,7 +132,8 @@ impl Case for LineCase {
     }
 
     fn run(&self, id: RunId) -> Result<Vec<Row>> {
-        let ensemble = Ensemble::B;
+        // The source of the emulator's motion goes on by itself: nothing may strike the body.
+        let ensemble = Ensemble { torque_density_deg2_s3: 0.0, ..Ensemble::B };
         let mut drawn = ensemble.draw(id.seed, id.run)?;
         let params = GyroParams { bias_rad_s: drawn.bias_rad_s(), ..gyro_params() };
         let describe = |row: &mut Row| {
@@ -222,7 +223,8 @@ fn requirements(cases: &[&str]) -> Vec<Requirement> {
         // As on no line at all: what is lost is a few per cent of the samples.
         all.push(Requirement::new(cell, ratio, 0.8..=1.15));
         all.push(Requirement::new(cell, beyond, 0.0..=0.03));
-        all.push(Requirement::new(cell, Statistic::Nees, honest_nees(5.0)));
+        // The torque that estimators reckon with is not there: a claim may be too cautious.
+        all.push(Requirement::new(cell, Statistic::Nees, 0.0..=*honest_nees(5.0).end()));
     }
     let loud = Requirement::new((WRONG, "EKF5a"), ratio, 2.0..=f64::INFINITY);
     all.push(loud.as_control());

@@ -100,6 +100,7 @@ mod tests {
     #![expect(clippy::float_cmp, reason = "lengths as they were given")]
 
     use super::*;
+    use struna_kernel::{AddressedRandom, Channel, Seed};
 
     /// Errors that are least at `least`, alike in all runs but for their size.
     fn parabola(least: f64, lengths: &[f64]) -> Vec<Cell> {
@@ -121,6 +122,32 @@ mod tests {
             let cells = parabola(least, &lengths);
             assert_eq!(vertex(&cells.iter().collect::<Vec<_>>(), None), None, "{lengths:?}");
         }
+    }
+
+    /// Over many campaigns of twenty runs the vertex scatters as the jackknife of each says.
+    #[test]
+    fn the_jackknife_knows_the_scatter_of_the_vertex() {
+        let (runs, campaigns) = (20, 300);
+        let campaign = |number: u64| -> Measured {
+            let mut cells = parabola(62.0, &[40.0, 50.0, 70.0, 90.0]);
+            for (k, (_, squares)) in cells.iter_mut().enumerate() {
+                let at = 10 * number + k as u64;
+                let mut random = AddressedRandom::new(Seed(1), Channel::NoiseTrial, at);
+                let mean = squares[0];
+                let scattered = |run| mean * (0.1 * random.standard_normal(run)).exp();
+                *squares = (0..runs).map(scattered).collect();
+            }
+            of_valley(&cells.iter().collect::<Vec<_>>(), 20).unwrap()
+        };
+        let all: Vec<Measured> = (0..campaigns).map(campaign).collect();
+        let mean_of =
+            |of: &dyn Fn(&Measured) -> f64| all.iter().map(of).sum::<f64>() / campaigns as f64;
+        let middle = mean_of(&|m| m.value.ln());
+        let scatter = mean_of(&|m| (m.value.ln() - middle).powi(2)).sqrt();
+        // Student's 2.093 for twenty runs.
+        let claimed = mean_of(&|m| 0.5 * (m.high / m.low).ln() / 2.093);
+        // Either is known to 1/sqrt(600), 4 %.
+        assert!((claimed / scatter - 1.0).abs() < 0.15, "{claimed} for {scatter}");
     }
 
     #[test]

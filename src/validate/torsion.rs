@@ -23,6 +23,8 @@ pub(super) const DAMPING_RATIO: f64 = 0.03;
 pub(super) const R_RAD2_S2: f64 = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
 /// Where the body is let go, deg.
 pub(super) const START_DEG: f64 = 360.0;
+/// Density of white angular acceleration that estimators reckon with at the least, (deg/s²)²/Hz.
+const QUIET_DEG2_S3: f64 = 1e-9;
 /// How long a kick that is over may stay unseen: 5 s. Claims of the whole state are not judged
 /// until then, for nobody can know of a change of the rate before its test has gathered enough of
 /// it: a step of 0.02 deg/s takes 1.1 s in half of the runs and more than 1.9 s in a tenth, and the
@@ -86,13 +88,15 @@ impl Ensemble {
         kicks: Kicks::None,
         outlier_share: 0.0,
     };
-    /// Scenario A: a good start. Everything that estimators have a prior of is drawn from it, the
-    /// start rate as well: a bound and a claim are averages over the prior.
+    /// Scenario A: a good start. Everything that estimators reckon with is drawn as they are told,
+    /// the start rate and the little random torque as well: a bound and a claim are averages over
+    /// what is believed.
     pub(super) const A: Self = Self {
         period_sigma: 0.01,
         damping_ratio_sigma: 0.01,
         start_sigma_deg: 1.0,
         start_rate_sigma_deg_s: 0.01,
+        torque_density_deg2_s3: QUIET_DEG2_S3,
         bias_sigma_deg_s: 0.01,
         ..Self::EXACT
     };
@@ -116,7 +120,7 @@ impl Ensemble {
     /// What an estimator is told: the ensemble, and nothing of the run but its start angle.
     #[must_use]
     pub(super) fn config(&self, believed_start_deg: f64, r_rad2_s2: f64) -> AugmentedConfig {
-        let q_deg2_s3 = self.torque_density_deg2_s3.max(1e-9);
+        let q_deg2_s3 = self.torque_density_deg2_s3.max(QUIET_DEG2_S3);
         AugmentedConfig {
             start: StartPrior {
                 angle_sigma_rad: self.start_sigma_deg.max(0.1) * RAD_PER_DEG,
