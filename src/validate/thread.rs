@@ -247,8 +247,8 @@ pub(super) fn suite() -> Suite {
     let threads = YIELDS_DEG.map(Thread::dahl).into_iter().chain(SLIPS_DEG.map(Thread::SixSlips));
     Suite {
         name: NAME,
-        about: "Scenario B on a thread with friction inside, after Dahl: ten times as stiff as the \
-                thread until it yields. The bank of hysteresis filters must hold its claim; the \
+        about: "Scenario B on a thread with friction inside, after Dahl: ten times as stiff as \
+                the thread until it yields. The bank of hysteresis filters must hold its claim; the \
                 five-state filter must say by its alarms that it cannot. Six elements that slip one \
                 after another are friction that the bank does not know: it finds where they \
                 yield, and claims a little too much of the angle.",

@@ -28,8 +28,8 @@ const QUIET_DEG2_S3: f64 = 1e-9;
 /// How long a kick that is over may stay unseen: 5 s. Claims of the whole state are not judged
 /// until then, for nobody can know of a change of the rate before its test has gathered enough of
 /// it: a step of 0.02 deg/s takes 1.1 s in half of the runs and more than 1.9 s in a tenth, and the
-/// filter's own memory of the rate is 3 s. Published figures are of the end of a run, 20 s after the
-/// latest kick at the least.
+/// filter's own memory of the rate is 3 s. Published figures are of the end of a run, at least 20 s
+/// after the latest kick.
 const SETTLING_SAMPLES: u32 = 500;
 
 /// What is drawn for a run of a body let go at rest at 360°.

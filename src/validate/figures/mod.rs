@@ -205,7 +205,8 @@ pub fn nees(rows: &[&Row], title: &str, estimator: &str) -> Result<Option<Figure
         marks: Vec::new(),
     };
     let caption = "Mean over runs of the squared error of the whole state in units of its claimed \
-                   covariance; for an honest claim it is the number of states. Above: over-confident."
+                   covariance; for an honest claim it is the number of states. Above: \
+                   over-confident."
         .to_owned();
     Ok(Some(Figure { caption, svg: chart.draw()? }))
 }

@@ -233,7 +233,7 @@ impl Form<STATES> for BodyEquations {
         let q_wb = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
         let (acceleration, twist_rate_rad_s, pull_n_m) = self.accelerations(y);
         let omega = Vector3::new(w1, w2, w3);
-        // Only heights of the centre of mass follow from the attitude: R₃₃ = γ₃ and γ′₃ of the axis.
+        // Only heights of the centre of mass follow from the attitude: R₃₃ = γ₃, and γ′₃.
         let [g1, g2, g3] = vertical([q_wb.w, q_wb.i, q_wb.j, q_wb.k]);
         let (height_m, climb_m_s) = (-self.depth_m * g3, self.depth_m * (g2 * w1 - g1 * w2));
         let [x, y] = self.com_start_w_m;
