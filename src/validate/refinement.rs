@@ -47,7 +47,7 @@ fn alike(cells: &[Cell], least: &Cell) -> Option<Measured> {
         mean(&differences).is_some_and(|difference| difference.low <= 0.0)
     };
     let lengths = || cells.iter().filter(is_alike).map(|(length, _)| *length);
-    let (low, high) = (lengths().next()?, lengths().last()?);
+    let (low, high) = (lengths().next()?, lengths().next_back()?);
     Some(Measured { value: least.0, low, high, runs: least.1.len() })
 }
 
@@ -97,8 +97,6 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::float_cmp, reason = "lengths as they were given")]
-
     use super::*;
     use struna_kernel::{AddressedRandom, Channel, Seed};
 
