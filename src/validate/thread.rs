@@ -248,10 +248,10 @@ pub(super) fn suite() -> Suite {
     Suite {
         name: NAME,
         about: "Scenario B on a thread with friction inside, after Dahl: ten times as stiff as \
-                the thread until it yields. The bank of hysteresis filters must hold its claim; the \
-                five-state filter must say by its alarms that it cannot. Six elements that slip one \
-                after another are friction that the bank does not know: it finds where they \
-                yield, and claims a little too much of the angle.",
+                the thread until it yields. The bank of hysteresis filters must hold its \
+                claim; the five-state filter must say by its alarms that it cannot. Six \
+                elements that slip one after another are friction that the bank does not know: \
+                it finds where they yield, and claims a little too much of the angle.",
         runs: 400,
         cases: threads.map(case).collect(),
         requirements: requirements(),
