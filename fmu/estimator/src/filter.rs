@@ -21,12 +21,12 @@ pub struct Filter<M> {
     process_noise_rad2_s3: f64,
     refinement: Refinement,
     state: State,
-    /// Passage of the last span: spans repeat, and sines are dear. Not part of the state, for it
-    /// follows from the span.
-    cached: (f64, Passage),
-    /// And of the last span that was another one. A period that is no whole number of nanoseconds
-    /// is told in two lengths by turns.
-    cached_before: (f64, Passage),
+    /// Passages of the last two lengths of a span: spans repeat, sines are dear, and a period that
+    /// is no whole number of nanoseconds is told in two lengths by turns. Not part of the state,
+    /// for they follow from the span.
+    cached: [(f64, Passage); 2],
+    /// Whether the second of them is that of the last span.
+    is_second: bool,
 }
 
 /// All that evolves.
@@ -87,8 +87,8 @@ impl<M: Motion> Filter<M> {
                 surprises: Accumulator::default(),
                 added: Covariance::ZERO,
             },
-            cached,
-            cached_before: cached,
+            cached: [cached; 2],
+            is_second: false,
         })
     }
 
@@ -122,20 +122,21 @@ impl<M: Motion> Filter<M> {
     #[inline(always)]
     fn passage(&mut self, span_s: f64) -> Result<&Passage, EstimatorError> {
         // Bit equality: the cache must give exactly what a fresh computation would.
-        if self.cached.0.to_bits() != span_s.to_bits() {
-            self.cache_passage(span_s)?;
+        let is_cached = |cached: &(f64, Passage)| cached.0.to_bits() == span_s.to_bits();
+        if !is_cached(&self.cached[usize::from(self.is_second)]) {
+            self.is_second = !self.is_second;
+            if !is_cached(&self.cached[usize::from(self.is_second)]) {
+                self.cache_passage(span_s)?;
+            }
         }
-        Ok(&self.cached.1)
+        Ok(&self.cached[usize::from(self.is_second)].1)
     }
 
     /// Kept out of line, so that what happens in every step is short enough to be inlined.
     #[cold]
     fn cache_passage(&mut self, span_s: f64) -> Result<(), EstimatorError> {
-        core::mem::swap(&mut self.cached, &mut self.cached_before);
-        if self.cached.0.to_bits() != span_s.to_bits() {
-            check_span(span_s)?;
-            self.cached = (span_s, self.passage_over(span_s));
-        }
+        check_span(span_s)?;
+        self.cached[usize::from(self.is_second)] = (span_s, self.passage_over(span_s));
         Ok(())
     }
 
