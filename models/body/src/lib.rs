@@ -28,6 +28,7 @@
 //! run, channel and index: the motion is a function of parameters, start and commanded torque.
 
 mod air;
+mod attitude;
 pub mod batch;
 mod disturbance;
 mod error;

@@ -1,34 +1,32 @@
 //! The plain equations: principal axes, infinite string, nothing else.
 
 use super::{Form, Lagrange, Posture};
+use crate::attitude::{VERTICAL_MIN, attitude, vertical};
 use crate::mounting::MotionParts;
 use crate::ode::Rhs;
 use crate::{Body, Impulse, MountedMotion, Mounting, StartState};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use struna_kernel::{BodyMotion, SimTime};
 
-/// States of the integration: quaternion (w, x, y, z), rate (x, y, z), twist, spin, and the
-/// integrals of the first two rates.
-pub const STATES: usize = 11;
+/// States of the integration: vertical (x, y, z), rate (x, y, z), twist, spin, and the integrals of
+/// the first two rates.
+pub const STATES: usize = 10;
 
 /// Largest tilt of the body axis from the vertical, rad: 170°. The twist is undefined upside down
 /// and its rate grows without bound on the way there, so a run stops with an error at this tilt.
 pub const TILT_MAX_RAD: f64 = 170.0 * struna_kernel::RAD_PER_DEG;
 
-/// cos²(170°/2) = q_w² + q_z² at the largest tilt.
-const UPRIGHT_MIN: f64 = 0.007_596_123_493_895_969;
-
-/// Deviation of |q|² from one after rescaling that only a step far too long can leave: the step
+/// Deviation of |γ|² from one after rescaling that only a step far too long can leave: the step
 /// itself was then off by more than a tenth.
 const NORM2_SLACK: f64 = 0.01;
 
 /// The right-hand side of the motion of an aligned [`Body`] under a constant body torque: the
 /// centre of mass on its z axis, its axes principal.
 ///
-/// States, in this order: `q_w, q_x, q_y, q_z` (carries body components into world components),
-/// `ω_x, ω_y, ω_z` (body components, rad/s), twist τ (rad), spin ∫ω_z dt, ∫ω_x dt, ∫ω_y dt (rad).
-/// The last three are pure quadratures: no derivative depends on them. The horizontal velocity of
-/// the centre of mass is constant and no state.
+/// States, in this order: the vertical `γ_x, γ_y, γ_z` and the rate `ω_x, ω_y, ω_z` (both in body
+/// components, rad/s), twist τ (rad), spin ∫ω_z dt, ∫ω_x dt, ∫ω_y dt (rad). The last three are pure
+/// quadratures: no derivative depends on them. The attitude is no state, for vertical and twist
+/// together are one; nor is the horizontal velocity of the centre of mass, which is constant.
 ///
 /// The form is Newton-Euler about the centre of mass with the string's force eliminated,
 ///
@@ -89,22 +87,22 @@ impl BodyEquations {
     /// wound up about the vertical.
     #[must_use]
     pub fn states(start: &StartState) -> [f64; STATES] {
-        let q = start.attitude();
+        let [g1, g2, g3] = vertical(&start.attitude());
         let [w1, w2, w3] = start.omega_wb_b_rad_s;
         let twist = start.twist_rad;
-        [q.w, q.i, q.j, q.k, w1, w2, w3, twist, twist, 0.0, 0.0]
+        [g1, g2, g3, w1, w2, w3, twist, twist, 0.0, 0.0]
     }
 
     /// What a gyro in `mounting` has of these states.
     #[inline(always)]
     fn mounted(&self, y: &[f64; STATES], mounting: &Mounting) -> MountedMotion {
-        let [qw, qx, qy, qz, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
-        let (acceleration, twist_rate_rad_s, pull_n_m) = self.accelerations(y);
+        let [g1, g2, g3, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
+        let Rates { acceleration, twist_rate_rad_s, pull_n_m, .. } = self.rates(y);
         let pull_m_s2 = pull_n_m / self.pendulum_n_m * self.gravity_m_s2;
         let omega = Vector3::new(w1, w2, w3);
         mounting.mounted_from(&MotionParts {
             // Nothing but the string, which is vertical, holds the body.
-            com_force_b_m_s2: Vector3::from(vertical([qw, qx, qy, qz])) * pull_m_s2,
+            com_force_b_m_s2: Vector3::new(g1, g2, g3) * pull_m_s2,
             omega_wb_b_rad_s: omega,
             omega_ib_b_rad_s: omega,
             angular_acceleration_b_rad_s2: acceleration.into(),
@@ -125,14 +123,14 @@ impl BodyEquations {
         (1.0 / (1.0 + g[2]), 1.0 / reaction)
     }
 
-    /// Angular acceleration, twist rate and the pull of the string times d at these states.
+    /// What changes at these states, and how fast.
     ///
     /// What waits for a division is multiplied last and by as little as possible: the steps of a
     /// walk follow from each other, so the longest chain of operations is the time they take.
     #[inline(always)]
-    fn accelerations(&self, y: &[f64; STATES]) -> ([f64; 3], f64, f64) {
-        let [qw, qx, qy, qz, w1, w2, w3, twist, ..] = *y;
-        let g = vertical([qw, qx, qy, qz]);
+    fn rates(&self, y: &[f64; STATES]) -> Rates {
+        let [g1, g2, g3, w1, w2, w3, twist, ..] = *y;
+        let g = [g1, g2, g3];
         let (inverse_upright, inverse_reaction) = self.inverses(g);
         let [ia, ib, ic] = self.inverse_inertia;
         let [n1, n2, n3] = self.torque_n_m;
@@ -143,11 +141,12 @@ impl BodyEquations {
         let steady_n_m = self.stiffness_n_m_rad * twist + self.damping_n_m_s_rad * w3;
         let swinging_n_m = self.damping_n_m_s_rad * swinging;
         let string_n_m = -(steady_n_m + swinging_n_m * inverse_upright) * inverse_upright;
-        let twist_rate = w3 + swinging * inverse_upright;
+        let twist_rate_rad_s = w3 + swinging * inverse_upright;
 
         // Fall of the centre of mass that the rates alone cause: h of the equations above.
         let g1_rate = g[1] * w3 - g[2] * w2;
         let g2_rate = g[2] * w1 - g[0] * w3;
+        let g3_rate = g[0] * w2 - g[1] * w1;
         let h = g1_rate * w2 - g2_rate * w1;
         let f = self.pendulum_n_m - self.sway_kg_m2 * h;
         // J⁻¹ times everything on the right, as if the string's force did not react.
@@ -157,69 +156,69 @@ impl BodyEquations {
         // Sherman-Morrison: subtract J⁻¹u · M d² (u·j) / (1 + M d² u·J⁻¹u).
         let reaction = self.sway_kg_m2 * inverse_reaction;
         let s = (g[0] * reaction) * j2 - (g[1] * reaction) * j1;
-        ([j1 + (g[1] * ia) * s, j2 - (g[0] * ib) * s, j3], twist_rate, f - s)
+        Rates {
+            vertical: [g1_rate, g2_rate, g3_rate],
+            acceleration: [j1 + (g[1] * ia) * s, j2 - (g[0] * ib) * s, j3],
+            twist_rate_rad_s,
+            pull_n_m: f - s,
+        }
     }
 }
 
-/// The vertical in body components, γ = Rᵀe_z, for a quaternion near unit length.
-#[inline(always)]
-fn vertical(q: [f64; 4]) -> [f64; 3] {
-    let [w, x, y, z] = q;
-    [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 2.0 * (w * w + z * z) - 1.0]
+/// What [`BodyEquations::rates`] finds.
+struct Rates {
+    /// γ′, 1/s.
+    vertical: [f64; 3],
+    /// ω′, rad/s².
+    acceleration: [f64; 3],
+    twist_rate_rad_s: f64,
+    /// Pull of the string times d.
+    pull_n_m: f64,
 }
 
 impl Rhs<STATES> for BodyEquations {
     #[inline(always)]
     fn derivative(&self, _time_s: f64, y: &[f64; STATES]) -> [f64; STATES] {
-        let ([a1, a2, a3], rate, pull) = self.accelerations(y);
-        let [qw, qx, qy, qz, w1, w2, w3, ..] = *y;
-        [
-            -0.5 * (qx * w1 + qy * w2 + qz * w3),
-            0.5 * (qw * w1 + qy * w3 - qz * w2),
-            0.5 * (qw * w2 + qz * w1 - qx * w3),
-            0.5 * (qw * w3 + qx * w2 - qy * w1),
-            a1,
-            a2,
-            a3,
-            // A string cannot push: the step that would need it ends the run.
-            if pull >= 0.0 { rate } else { f64::NAN },
-            w3,
-            w1,
-            w2,
-        ]
+        let Rates { vertical, acceleration, twist_rate_rad_s, pull_n_m } = self.rates(y);
+        let ([g1, g2, g3], [a1, a2, a3]) = (vertical, acceleration);
+        let [_, _, _, w1, w2, w3, ..] = *y;
+        // A string cannot push: the step that would need it ends the run.
+        let twist_rate = if pull_n_m >= 0.0 { twist_rate_rad_s } else { f64::NAN };
+        [g1, g2, g3, a1, a2, a3, twist_rate, w3, w1, w2]
     }
 
-    /// Rescales the quaternion to unit length by one Newton step of the inverse root: exact to the
+    /// Rescales the vertical to unit length by one Newton step of the inverse root: exact to the
     /// square of the deviation, which a sound step keeps below 1e-8, and free of root and division.
     #[inline(always)]
     fn project(&self, y: &mut [f64; STATES]) {
         let scale = 1.5 - 0.5 * norm2(y);
-        for component in &mut y[..4] {
+        for component in &mut y[..3] {
             *component *= scale;
         }
     }
 
-    /// Upright enough for the twist, and the quaternion near unit length: it is not after a step
-    /// far too long for the motion.
+    /// Upright enough for the twist, and the vertical near unit length: it is not after a step far
+    /// too long for the motion.
     #[inline(always)]
     fn admissible(&self, _time_s: f64, y: &[f64; STATES]) -> bool {
-        (norm2(y) - 1.0).abs() < NORM2_SLACK && y[0] * y[0] + y[3] * y[3] >= UPRIGHT_MIN
+        (norm2(y) - 1.0).abs() < NORM2_SLACK && y[2] >= VERTICAL_MIN
     }
 }
 
 #[inline(always)]
 fn norm2(y: &[f64; STATES]) -> f64 {
-    y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3]
+    y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
 }
 
 impl Form<STATES> for BodyEquations {
     fn posture(&self, _time_s: f64, y: &[f64; STATES]) -> Posture {
-        let [qw, qx, qy, qz, w1, w2, w3, twist_rad, ..] = *y;
-        Posture { q_wb: [qw, qx, qy, qz], omega_wb_b_rad_s: [w1, w2, w3], twist_rad }
+        let [g1, g2, g3, w1, w2, w3, twist_rad, ..] = *y;
+        let q = attitude([g1, g2, g3], twist_rad);
+        Posture { q_wb: [q.w, q.i, q.j, q.k], omega_wb_b_rad_s: [w1, w2, w3], twist_rad }
     }
 
     fn tension_n(&self, _time_s: f64, y: &[f64; STATES]) -> f64 {
-        self.accelerations(y).2 / self.depth_m
+        self.rates(y).pull_n_m / self.depth_m
     }
 
     fn weight_n(&self) -> f64 {
@@ -228,21 +227,19 @@ impl Form<STATES> for BodyEquations {
 
     #[inline]
     fn motion(&self, time: SimTime, _time_s: f64, y: &[f64; STATES]) -> BodyMotion {
-        let [qw, qx, qy, qz, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
-        // The dense output leaves unit length by its own error, so normalise here as well.
-        let q_wb = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
-        let (acceleration, twist_rate_rad_s, pull_n_m) = self.accelerations(y);
+        let [g1, g2, g3, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
+        let rates = self.rates(y);
+        let Rates { acceleration, twist_rate_rad_s, pull_n_m, .. } = rates;
         let omega = Vector3::new(w1, w2, w3);
-        // Only heights of the centre of mass follow from the attitude: R₃₃ = γ₃, and γ′₃.
-        let [g1, g2, g3] = vertical([q_wb.w, q_wb.i, q_wb.j, q_wb.k]);
-        let (height_m, climb_m_s) = (-self.depth_m * g3, self.depth_m * (g2 * w1 - g1 * w2));
+        // Only heights of the centre of mass follow from the vertical: R₃₃ = γ₃, and γ′₃.
+        let (height_m, climb_m_s) = (-self.depth_m * g3, -self.depth_m * rates.vertical[2]);
         let [x, y] = self.com_start_w_m;
         let [vx, vy] = self.com_velocity_w_m_s;
         let time_s = time.as_s();
         let pull_m_s2 = pull_n_m / self.pendulum_n_m * self.gravity_m_s2;
         BodyMotion {
             time,
-            q_wb,
+            q_wb: attitude([g1, g2, g3], twist_rad),
             omega_wb_b_rad_s: omega,
             twist_rad,
             twist_rate_rad_s,
@@ -304,26 +301,24 @@ mod tests {
         let slow = mass.lu().solve(&right).unwrap();
         for axis in 0..3 {
             // Two routes through about thirty roundings each, on accelerations up to 100 rad/s².
-            assert!((fast[4 + axis] - slow[axis]).abs() < 1e-12, "axis {axis}");
+            assert!((fast[3 + axis] - slow[axis]).abs() < 1e-12, "axis {axis}");
         }
     }
 
     #[test]
-    fn the_quaternion_stays_at_unit_length() {
+    fn the_vertical_stays_at_unit_length() {
         let body = Body::new(&reference::PARAMS).unwrap();
         let equations = BodyEquations::new(&body, &reference::S3, Vector3::zeros());
         let mut walk = Rk4::new(0.01, BodyEquations::states(&reference::S3)).unwrap();
         for seconds in 1..=60_i32 {
             let y = walk.state_at(&equations, f64::from(seconds)).unwrap();
-            // One step stretches |q|² by some 1e-9 at 10 ms, of which rescaling leaves the square.
+            // One step stretches |γ|² by some 1e-9 at 10 ms, of which rescaling leaves the square.
             assert!((norm2(&y) - 1.0).abs() < 1e-15, "{:e} at {seconds} s", norm2(&y) - 1.0);
         }
     }
 
     #[test]
     fn the_domain_ends_at_the_largest_tilt() {
-        let limit = (0.5 * TILT_MAX_RAD).cos().powi(2);
-        assert!((limit - UPRIGHT_MIN).abs() < 1e-15);
         let body = Body::new(&reference::PARAMS).unwrap();
         let equations = BodyEquations::new(&body, &reference::S3, Vector3::zeros());
         for (tilt_rad, inside) in [(TILT_MAX_RAD - 1e-6, true), (TILT_MAX_RAD + 1e-6, false)] {

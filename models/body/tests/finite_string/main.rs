@@ -258,12 +258,19 @@ fn b7_the_attitude_differs_from_that_on_an_infinite_string_by_its_inverse_length
 fn a_string_too_long_to_curve_in_floating_point_is_the_infinite_one_bit_for_bit() {
     let mut endless = run(&infinite(), &reference::S3, RK4_1MS);
     let mut long = run(&hung(1e200), &reference::S3, RK4_1MS);
-    let mut plain = run(&hung(1.0).body.into(), &reference::S3, RK4_1MS);
     for second in 0..=60 {
         let time = at_ms(1000 * second);
         let (a, b) = (motion(&mut endless, time), motion(&mut long, time));
         assert_eq!((a.q_wb, a.twist_rad), (b.q_wb, b.twist_rad), "{time}");
-        // The plain equations round in another order: 1e-16 a step, grown by the motion.
-        assert!(difference_rad(&a.q_wb, &motion(&mut plain, time).q_wb) < 1e-10, "{time}");
+    }
+    // The plain equations have other states, and so another truncation: both by the judge.
+    let mut endless = run(&infinite(), &reference::S3, JUDGE);
+    let mut plain = run(&hung(1.0).body.into(), &reference::S3, JUDGE);
+    for second in 0..=60 {
+        let time = at_ms(1000 * second);
+        let apart =
+            difference_rad(&motion(&mut endless, time).q_wb, &motion(&mut plain, time).q_wb);
+        // A local tolerance of 1e-13 over thousands of steps.
+        assert!(apart < 1e-10, "{time}: {apart:e} rad");
     }
 }

@@ -183,8 +183,8 @@ fn velocities(body: &Body, start: &StartState, time_s: f64) -> (Vector, Vector) 
     let states = BodyEquations::states(start);
     let rate = BodyEquations::new(body, start, Vector3::zeros()).derivative(0.0, &states);
     let q = start.attitude();
-    let omega = Vector3::from_column_slice(&states[4..7]);
-    let slope = Vector3::from_column_slice(&rate[4..7]);
+    let omega = Vector3::from_column_slice(&states[3..6]);
+    let slope = Vector3::from_column_slice(&rate[3..6]);
     let w = q * (omega + slope * time_s);
     let fall = |omega: &Vector3<f64>, q: &UnitQuaternion<f64>| {
         let vertical_b = q.inverse_transform_vector(&Vector3::z());
