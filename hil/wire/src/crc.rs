@@ -109,8 +109,8 @@ fn lowest(register: u32) -> usize {
     usize::from(low)
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the upper half is empty")]
-const fn lower_half(register: u64) -> u32 {
+#[expect(clippy::cast_possible_truncation, reason = "the lower half is what is wanted")]
+pub(crate) const fn lower_half(register: u64) -> u32 {
     register as u32
 }
 

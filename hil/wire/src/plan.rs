@@ -7,13 +7,15 @@
 //! [`crate::Decoder`] then ask the layout, as they also do for every frame that is not exactly the
 //! one expected. Both ways give the same frames, counters and bytes.
 
+mod carried;
 mod check;
 mod word;
 
-use crate::field::{Coding, Endian, FieldSpec};
+use crate::field::{Endian, FieldSpec};
 use crate::framing::Framing;
 use crate::place::Place;
-use crate::{Frame, FrameSpec, MAX_FIELDS, SequenceSpec};
+use crate::{FlagSpec, Frame, FrameSpec, MAX_FIELDS, SequenceSpec};
+use carried::{Carried, Deciding};
 use check::Check;
 pub(crate) use word::{WORD_LEN, Word};
 
@@ -34,18 +36,20 @@ impl AnyPlan {
     }
 }
 
-/// A layout with a sync word, at most sixteen bytes, and no check but a CRC or an exclusive or.
+/// A layout with a sync word, at most sixteen bytes, no check but a CRC or an exclusive or, and at
+/// most one field that decides which others there are.
 #[derive(Debug, Clone)]
 pub(crate) struct Plan<W> {
     len: usize,
-    /// The sync word and the bits that count.
+    field_count: usize,
+    /// The sync word, and the bits that are known beforehand: its own and the counter's.
     sync: W,
-    sync_mask: W,
-    fields: Box<[Field]>,
-    flags: Box<[Flag]>,
+    known: W,
+    counter: Counter,
+    deciding: Deciding<W>,
+    flags: Box<[Flags]>,
     /// Fields and the flags that vouch for them.
     vouched: Box<[(usize, usize)]>,
-    sequence: Option<(Run, u64)>,
     check: Option<Check>,
 }
 
@@ -58,27 +62,22 @@ struct Run {
     mask: u64,
 }
 
-/// A field: its raw value is the code with the bits of `flip` turned, less `bias`. That is all
-/// that tells two's complement, plain and offset binary apart.
+/// The frame counter. Without one it has the modulus 1 and is always zero.
 #[derive(Debug, Clone, Copy)]
-struct Field {
+struct Counter {
     run: Run,
-    flip: u64,
-    bias: u64,
-    /// Only frames in which the raw value of field `decider` equals this carry it, in the bits of
-    /// `care`: all of them, or none when every frame does.
-    decider: usize,
-    equals: i64,
-    care: i64,
-    /// It is a number unless these bits of it are that.
-    exponent: u64,
-    endless: u64,
+    modulus: u64,
 }
 
+/// Flags one after the other that are bits of a field, one after the other.
 #[derive(Debug, Clone, Copy)]
-struct Flag {
+struct Flags {
     field: usize,
+    /// The lowest of the bits, and a mask over all of them when it is lowest.
     bit: u32,
+    mask: u64,
+    /// Index of the lowest flag.
+    flag: u32,
 }
 
 /// A frame as a number, its first byte lowest and highest.
@@ -88,56 +87,73 @@ pub(crate) struct Words<W> {
     big: W,
 }
 
+/// A frame to read others into, and what the last one carried.
+#[derive(Debug)]
+pub(crate) struct Slate<'a, W> {
+    pub(crate) frame: Frame,
+    code: u64,
+    carried: &'a Carried<W>,
+}
+
 impl Run {
-    fn of<W: Word>(place: &Place) -> Option<Self> {
-        let big = place.endian == Endian::Big && place.bytes > 1;
+    const NONE: Self = Self { big: false, shift: 0, mask: 0 };
+
+    /// Whether the order of its bytes calls for the word whose highest byte is the frame's first.
+    fn is_big(place: &Place) -> bool {
+        place.endian == Endian::Big && place.bytes > 1
+    }
+
+    /// `byte_big` is the word for a single byte, which may be in either.
+    fn of<W: Word>(place: &Place, byte_big: bool) -> Option<Self> {
+        let big = Self::is_big(place) || (byte_big && place.bytes == 1);
         let below = if big { W::LEN.checked_sub(place.at + place.bytes)? } else { place.at };
         let shift = u32::try_from(8 * below).ok()? + place.shift;
         (place.byte_bits == 8).then_some(Self { big, shift, mask: place.mask() })
     }
 
     #[inline(always)]
-    fn read<W: Word>(&self, words: Words<W>) -> u64 {
-        let word = if self.big { words.big } else { words.little };
+    fn read<W: Word>(&self, little: W, big: W) -> u64 {
+        let word = if self.big { big } else { little };
         word.low_from(self.shift) & self.mask
     }
 
-    /// Puts `code`, which fits, where no other bit is set.
+    /// The word, first byte lowest, that has `code`, which fits, here and zeros elsewhere.
     #[inline(always)]
-    fn put<W: Word>(&self, code: u64, words: &mut Words<W>) {
-        let bits = W::with_low(code, self.shift);
-        if self.big {
-            words.big = words.big | bits;
-        } else {
-            words.little = words.little | bits;
+    fn word_of<W: Word>(&self, code: u64) -> W {
+        let word = W::with_low(code, self.shift);
+        if self.big { word.swapped() } else { word }
+    }
+}
+
+impl Counter {
+    fn of<W: Word>(spec: Option<&SequenceSpec>) -> Option<Self> {
+        match spec {
+            Some(SequenceSpec { place, modulus }) => {
+                Some(Self { run: Run::of::<W>(place, false)?, modulus: *modulus })
+            }
+            None => Some(Self { run: Run::NONE, modulus: 1 }),
         }
     }
 }
 
-impl Field {
-    fn of<W: Word>(field: &FieldSpec) -> Option<Self> {
-        let top = 1 << (field.place.bits - 1);
-        let (flip, bias) = match field.coding {
-            Coding::Twos => (top, top),
-            Coding::Unsigned | Coding::Float => (0, 0),
-            Coding::OffsetBinary { null } => (0, u64::from(null)),
-            Coding::Decimal { .. } | Coding::Hex { .. } => return None,
-        };
-        let (exponent, endless) = match field.coding {
-            Coding::Float => (0x7F80_0000, 0x7F80_0000),
-            _ => (0, 1),
-        };
-        let (decider, equals, care) = match field.when {
-            Some(when) => (when.field, when.equals, -1),
-            None => (0, 0, 0),
-        };
-        let run = Run::of::<W>(&field.place)?;
-        Some(Self { run, flip, bias, decider, equals, care, exponent, endless })
+impl Flags {
+    fn of(specs: &[FlagSpec]) -> Box<[Self]> {
+        let mut all: Vec<Self> = Vec::new();
+        for (flag, spec) in (0..).zip(specs) {
+            match all.last_mut() {
+                Some(last) if last.field == spec.field && last.bit + flag == spec.bit + last.flag => {
+                    last.mask = 2 * last.mask + 1;
+                }
+                _ => all.push(Self { field: spec.field, bit: spec.bit, mask: 1, flag }),
+            }
+        }
+        all.into_boxed_slice()
     }
 
     #[inline(always)]
-    fn is_carried(&self, decider_raw: i64) -> bool {
-        (decider_raw ^ self.equals) & self.care == 0
+    fn read(&self, raw: &[i64; MAX_FIELDS]) -> u64 {
+        let bits = raw[self.field % MAX_FIELDS].cast_unsigned() >> (self.bit % u64::BITS);
+        (bits & self.mask) << (self.flag % u64::BITS)
     }
 }
 
@@ -149,21 +165,18 @@ impl<W: Word> Plan<W> {
         }
         let all = vec![0xFF; spec.sync.len()];
         let mask = if mask.is_empty() { &all } else { mask };
-        let sequence = match &spec.sequence {
-            Some(SequenceSpec { place, modulus }) => Some((Run::of::<W>(place)?, *modulus)),
-            None => None,
-        };
-        let flag = |flag: &crate::FlagSpec| Flag { field: flag.field, bit: flag.bit };
+        let counter = Counter::of::<W>(spec.sequence.as_ref())?;
         let vouched = |(k, field): (usize, &FieldSpec)| Some((k, field.valid_if?));
         Some(Self {
             len: spec.len,
+            field_count: spec.fields.len(),
             sync: W::of_little(&spec.sync),
-            sync_mask: W::of_little(mask),
-            fields: spec.fields.iter().map(Field::of::<W>).collect::<Option<_>>()?,
-            flags: spec.flags.iter().map(flag).collect(),
+            known: W::of_little(mask) | counter.run.word_of(counter.run.mask),
+            counter,
+            deciding: Deciding::of(&spec.fields)?,
+            flags: Flags::of(&spec.flags),
             vouched: spec.fields.iter().enumerate().filter_map(vouched).collect(),
-            sequence,
-            check: Check::of::<W>(&spec.check)?,
+            check: Check::of(&spec.check)?,
         })
     }
 
@@ -174,84 +187,67 @@ impl<W: Word> Plan<W> {
 
     /// The counter behind `counter`.
     #[inline(always)]
-    pub(crate) fn counter_after(&self, counter: u64) -> u64 {
-        match self.sequence {
-            Some((_, modulus)) if counter + 1 < modulus => counter + 1,
-            _ => 0,
-        }
+    pub(crate) const fn counter_after(&self, counter: u64) -> u64 {
+        if counter + 1 < self.counter.modulus { counter + 1 } else { 0 }
     }
 
     /// The frame that `front` begins with, if its sync word and its check are right and its
     /// counter, if it has one, is `counter`.
     #[inline(always)]
     pub(crate) fn cut(&self, front: &[u8; WORD_LEN], counter: u64) -> Option<Words<W>> {
-        let (little, big) = W::both(front);
-        let words = Words { little, big };
-        let counted = self.sequence.as_ref().is_none_or(|(run, _)| run.read(words) == counter);
-        let synced = (words.little ^ self.sync) & self.sync_mask == W::default();
-        let checked = self.check.as_ref().is_none_or(|check| check.holds(words));
-        (counted & synced & checked).then_some(words)
+        let little = W::little(front);
+        let expected = self.sync | self.counter.run.word_of(counter);
+        if (little ^ expected) & self.known != W::default() {
+            return None;
+        }
+        let checked = self.check.as_ref().is_none_or(|check| check.holds(little));
+        checked.then(|| Words { little, big: little.swapped() })
     }
 
-    /// Reads the fields into `frame`, all of which but its index is from a frame of this layout.
+    /// A place for the frames of a row, of which the first is the one behind index `last_index`.
+    pub(crate) fn slate(&self, spec: &FrameSpec, last_index: u64) -> Slate<'_, W> {
+        let mut frame = Frame::blank(spec);
+        frame.index = last_index;
+        Slate { frame, code: 0, carried: self.deciding.carried(0) }
+    }
+
+    /// Reads the fields into the frame of `slate`, which was made by this plan, and counts it.
     #[inline(always)]
-    pub(crate) fn read(&self, words: Words<W>, frame: &mut Frame) {
-        let mut has = 0;
-        for (k, field) in self.fields.iter().enumerate() {
-            // The deciding field stands earlier in the file.
-            if !field.is_carried(frame.raw[field.decider % MAX_FIELDS]) {
-                frame.raw[k % MAX_FIELDS] = 0;
-                continue;
-            }
-            let raw = (field.run.read(words) ^ field.flip).wrapping_sub(field.bias);
-            frame.raw[k % MAX_FIELDS] = raw.cast_signed();
-            has |= u64::from(raw & field.exponent != field.endless) << k;
+    pub(crate) fn read<'a>(&'a self, Words { little, big }: Words<W>, slate: &mut Slate<'a, W>) {
+        let frame = &mut slate.frame;
+        let code = self.deciding.code_in(little, big);
+        if code != slate.code {
+            (slate.code, slate.carried) = (code, self.deciding.carried(code));
+            frame.raw = [0; MAX_FIELDS];
         }
-        let mut flags = 0;
-        for (k, flag) in self.flags.iter().enumerate() {
-            flags |= (frame.raw[flag.field % MAX_FIELDS].cast_unsigned() >> flag.bit & 1) << k;
-        }
+        slate.carried.read(little, big, &mut frame.raw);
+        let flags = self.flags.iter().fold(0, |all, flags| all | flags.read(&frame.raw));
+        let mut has = slate.carried.has(&frame.raw);
         for (field, flag) in &self.vouched {
             has &= !((!flags >> flag & 1) << field);
         }
         (frame.has, frame.flags) = (has, flags);
+        frame.index += 1;
     }
 
     /// Appends the frame of these raw values and this counter to `out`; tells whether it did.
     /// Values that do not fit the layout are for the caller to find.
     #[inline(always)]
     pub(crate) fn emit(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
-        let Some(words) = self.pack(raw, counter) else { return false };
-        let end = out.len() + self.len;
-        // A length that is known makes it one store; what is too much goes again.
-        out.extend_from_slice(&W::bytes(words.little, words.big));
-        out.truncate(end);
+        let Some(word) = self.word_of(raw, counter) else { return false };
+        word.append(self.len, out);
         true
     }
 
     #[inline(always)]
-    fn pack(&self, raw: &[i64], counter: u64) -> Option<Words<W>> {
-        if raw.len() != self.fields.len() {
+    fn word_of(&self, raw: &[i64], counter: u64) -> Option<W> {
+        if raw.len() != self.field_count {
             return None;
         }
-        let mut words = Words { little: self.sync, big: W::default() };
-        for (field, value) in self.fields.iter().zip(raw) {
-            if field.is_carried(raw[field.decider]) {
-                // The least value that fits becomes zero and the greatest the mask.
-                let code = value.cast_unsigned().wrapping_add(field.bias);
-                if code > field.run.mask {
-                    return None;
-                }
-                field.run.put(code ^ field.flip, &mut words);
-            }
-        }
-        if let Some((run, _)) = &self.sequence {
-            run.put(counter, &mut words);
-        }
-        if let Some(check) = &self.check {
-            check.put(&mut words);
-        }
-        Some(words)
+        let code = raw.get(self.deciding.field).map_or(0, |raw| self.deciding.code_for(*raw));
+        let fields = self.deciding.carried(code).word_of(raw)?;
+        let word = fields ^ self.sync ^ self.counter.run.word_of(counter);
+        Some(self.check.as_ref().map_or(word, |check| check.completed(word)))
     }
 }
 

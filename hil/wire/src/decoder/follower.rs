@@ -114,24 +114,22 @@ impl Follower {
         if !self.locked || self.adrift > 0 || untold || last_index > INDEX_MAX {
             return 0;
         }
-        let mut frame = Frame::blank(&self.spec);
-        frame.index = last_index;
+        let mut slate = plan.slate(&self.spec, last_index);
         let mut at = 0;
         while filled - at >= plan.len() {
             let Some(front) = window[at..].first_chunk() else { break };
             let counter = plan.counter_after(last_counter);
             let Some(words) = plan.cut(front, counter) else { break };
-            plan.read(words, &mut frame);
-            frame.index += 1;
+            plan.read(words, &mut slate);
             last_counter = counter;
             at += plan.len();
-            sink(&frame);
+            sink(&slate.frame);
         }
         if at > 0 {
             self.aligned = true;
             self.counters.frame_bytes += at as u64;
-            self.counters.ok += frame.index - last_index;
-            self.tracker.catch_up(frame.index, last_counter);
+            self.counters.ok += slate.frame.index - last_index;
+            self.tracker.catch_up(slate.frame.index, last_counter);
             self.last_counter = self.spec.sequence.map(|_| last_counter);
         }
         at

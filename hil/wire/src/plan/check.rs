@@ -1,74 +1,94 @@
 //! Checks that every byte of a frame adds to by itself.
 
-use super::{Run, Word, Words};
-use crate::CheckSpec;
+use super::Word;
 use crate::check::Algorithm;
+use crate::crc::lower_half;
+use crate::{CheckSpec, Endian};
 
 /// A CRC or an exclusive or over bytes of a frame.
 ///
 /// Both are linear but for a constant: the check is the exclusive or of what each byte makes of it
-/// where it stands. One table for each place, so no look-up waits for the one before.
+/// where it stands. One table for each place, so no look-up waits for the one before. All is kept
+/// as it is stored, so the order of the stored bytes is settled in the tables.
 #[derive(Clone)]
 pub(super) struct Check {
-    stored: Run,
+    /// Lowest bit of the first byte stored, and the bits stored from there on.
+    stored_shift: u32,
+    stored_mask: u32,
     /// Lowest bit of the first byte covered.
     shift: u32,
-    /// What the check is when all bytes are zero.
-    of_zeros: u32,
-    tables: Box<[[u32; 256]]>,
+    /// By fours of places. Behind the last one covered a table is zero, whatever the byte.
+    tables: Box<[[[u32; 256]; FOUR]]>,
 }
+
+const FOUR: usize = 4;
 
 impl std::fmt::Debug for Check {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Check").field("stored", &self.stored).finish_non_exhaustive()
+        f.debug_struct("Check").field("shift", &self.shift).finish_non_exhaustive()
     }
 }
 
 impl Check {
     /// Nothing when no such check is in the frame, `None` when another one is.
     #[expect(clippy::option_option, reason = "whether it can be planned, and whether there is one")]
-    pub(super) fn of<W: Word>(spec: &CheckSpec) -> Option<Option<Self>> {
+    pub(super) fn of(spec: &CheckSpec) -> Option<Option<Self>> {
         match spec.algorithm {
             Algorithm::None => return Some(None),
             Algorithm::Sum { .. } | Algorithm::Parity { .. } => return None,
             Algorithm::Crc(_) | Algorithm::Xor => (),
         }
-        let mut bytes = vec![0; spec.last - spec.first + 1];
-        let of_zeros = spec.of_covered(&bytes);
-        let mut tables = vec![[0; 256]; bytes.len()].into_boxed_slice();
-        for (k, table) in tables.iter_mut().enumerate() {
-            for (byte, slot) in (0..=u8::MAX).zip(table) {
-                bytes[k] = byte;
-                *slot = spec.of_covered(&bytes) ^ of_zeros;
-            }
-            bytes[k] = 0;
-        }
-        let (stored, shift) = (Run::of::<W>(&spec.place)?, u32::try_from(8 * spec.first).ok()?);
-        Some(Some(Self { stored, shift, of_zeros, tables }))
+        let shift_of = |at: usize| u32::try_from(8 * at).ok();
+        Some(Some(Self {
+            stored_shift: shift_of(spec.place.at)?,
+            stored_mask: lower_half(spec.place.mask()),
+            shift: shift_of(spec.first)?,
+            tables: tables(spec),
+        }))
     }
 
+    /// What is to be stored over a frame whose first byte is lowest in `word`.
     #[inline(always)]
-    fn value<W: Word>(&self, little: W) -> u64 {
-        let mut sum = self.of_zeros;
-        let mut shift = self.shift;
-        for table in &self.tables {
-            let [byte, ..] = little.low_from(shift).to_le_bytes();
-            sum ^= table[usize::from(byte)];
-            shift += 8;
+    fn value<W: Word>(&self, word: W) -> u32 {
+        let (mut sum, mut shift) = (0, self.shift);
+        for [first, second, third, fourth] in &self.tables {
+            let [a, b, c, d, ..] = word.low_from(shift).to_le_bytes().map(usize::from);
+            sum ^= first[a] ^ second[b] ^ third[c] ^ fourth[d];
+            shift += 8 * FOUR as u32;
         }
-        u64::from(sum)
+        sum
     }
 
     /// Whether the check of a whole frame is right.
     #[inline(always)]
-    pub(super) fn holds<W: Word>(&self, words: Words<W>) -> bool {
-        self.value(words.little) == self.stored.read(words)
+    pub(super) fn holds<W: Word>(&self, word: W) -> bool {
+        self.value(word) == lower_half(word.low_from(self.stored_shift)) & self.stored_mask
     }
 
-    /// Completes a frame that has everything else in it.
+    /// Completes a frame that has everything else in it, and zeros where the check goes.
     #[inline(always)]
-    pub(super) fn put<W: Word>(&self, words: &mut Words<W>) {
-        let (whole, _) = W::both(&W::bytes(words.little, words.big));
-        self.stored.put(self.value(whole), words);
+    pub(super) fn completed<W: Word>(&self, word: W) -> W {
+        word ^ W::with_low(u64::from(self.value(word)), self.stored_shift)
     }
+}
+
+fn tables(spec: &CheckSpec) -> Box<[[[u32; 256]; FOUR]]> {
+    let mut bytes = vec![0; spec.last - spec.first + 1];
+    // As it is stored, the first byte lowest.
+    let stored = |bytes: &[u8]| match (spec.of_covered(bytes), spec.place.endian) {
+        (value, Endian::Little) => value,
+        (value, Endian::Big) => value.swap_bytes() >> (32 - spec.place.bits),
+    };
+    let of_zeros = stored(&bytes);
+    let mut tables = vec![[[0; 256]; FOUR]; bytes.len().div_ceil(FOUR)].into_boxed_slice();
+    for (k, table) in tables.as_flattened_mut().iter_mut().take(bytes.len()).enumerate() {
+        // What all of them make of zeros is the first one's to add.
+        let constant = if k == 0 { 0 } else { of_zeros };
+        for (byte, slot) in (0..=u8::MAX).zip(table) {
+            bytes[k] = byte;
+            *slot = stored(&bytes) ^ constant;
+        }
+        bytes[k] = 0;
+    }
+    tables
 }

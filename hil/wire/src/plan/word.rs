@@ -1,6 +1,6 @@
 //! Words that hold a whole frame.
 
-use std::ops::{BitAnd, BitOr, BitXor};
+use std::ops::{BitAnd, BitOr, BitXor, Not};
 
 /// Bytes of the largest word.
 pub(crate) const WORD_LEN: usize = 16;
@@ -8,7 +8,7 @@ pub(crate) const WORD_LEN: usize = 16;
 /// An unsigned word of eight or sixteen bytes.
 pub(crate) trait Word: Copy + Default + PartialEq
 where
-    Self: BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>,
+    Self: BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self>,
 {
     /// Its bytes.
     const LEN: usize;
@@ -16,11 +16,14 @@ where
     /// At most `LEN` bytes, the first lowest, and zeros behind them.
     fn of_little(bytes: &[u8]) -> Self;
 
-    /// The first `LEN` bytes, the first lowest and the first highest.
-    fn both(front: &[u8; WORD_LEN]) -> (Self, Self);
+    /// The first `LEN` bytes, the first lowest.
+    fn little(front: &[u8; WORD_LEN]) -> Self;
 
-    /// The inverse of both: the bytes of `little` and of `big`, one or the other, and zeros.
-    fn bytes(little: Self, big: Self) -> [u8; WORD_LEN];
+    /// The word with its bytes the other way round.
+    fn swapped(self) -> Self;
+
+    /// Appends the `len` lowest bytes to `out`, the lowest first.
+    fn append(self, len: usize, out: &mut Vec<u8>);
 
     /// The lowest 64 bits of those from `shift` on; `shift` is less than the bits there are.
     fn low_from(self, shift: u32) -> u64;
@@ -40,14 +43,22 @@ macro_rules! word {
             }
 
             #[inline(always)]
-            fn both(front: &[u8; WORD_LEN]) -> (Self, Self) {
+            fn little(front: &[u8; WORD_LEN]) -> Self {
                 let bytes = front.first_chunk().expect("no word is longer than the largest");
-                (Self::from_le_bytes(*bytes), Self::from_be_bytes(*bytes))
+                Self::from_le_bytes(*bytes)
             }
 
             #[inline(always)]
-            fn bytes(little: Self, big: Self) -> [u8; WORD_LEN] {
-                u128::from(little | big.swap_bytes()).to_le_bytes()
+            fn swapped(self) -> Self {
+                self.swap_bytes()
+            }
+
+            #[inline(always)]
+            fn append(self, len: usize, out: &mut Vec<u8>) {
+                let end = out.len() + len;
+                // A length that is known makes it one store; what is too much goes again.
+                out.extend_from_slice(&self.to_le_bytes());
+                out.truncate(end);
             }
 
             #[inline(always)]
