@@ -95,19 +95,25 @@ impl Encoder {
         let counter = self.next_counter;
         let planned = match &self.plan {
             Some(AnyPlan::Short(plan)) => plan.emit(raw, counter, out),
-            Some(AnyPlan::Long(plan)) => plan.emit(raw, counter, out),
+            Some(AnyPlan::Long(plan)) => plan.emit_apart(raw, counter, out),
             None => false,
         };
         if !planned {
-            self.encode_by_layout(raw, out)?;
+            return self.encode_by_layout(raw, out);
         }
-        self.next_index = self.next_index.wrapping_add(1);
-        let turns = counter + 1 == self.modulus || self.next_index == 0;
-        self.next_counter = if turns { 0 } else { counter + 1 };
+        self.count();
         Ok(())
     }
 
-    /// The same for any layout, and for values of any kind; the counter stays.
+    #[inline(always)]
+    fn count(&mut self) {
+        self.next_index = self.next_index.wrapping_add(1);
+        let next = self.next_counter + 1;
+        let turns = next == self.modulus || self.next_index == 0;
+        self.next_counter = if turns { 0 } else { next };
+    }
+
+    /// The same for any layout, and for values of any kind.
     #[inline(never)]
     fn encode_by_layout(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         self.refuse_unfit(raw)?;
@@ -128,6 +134,7 @@ impl Encoder {
             spec.check.write(&mut content[..]);
         }
         kind::emit(spec, &content[..spec.len], out);
+        self.count();
         Ok(())
     }
 

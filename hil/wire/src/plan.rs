@@ -14,7 +14,7 @@ mod word;
 use crate::field::{Endian, FieldSpec};
 use crate::framing::Framing;
 use crate::place::Place;
-use crate::{FlagSpec, Frame, FrameSpec, MAX_FIELDS, SequenceSpec};
+use crate::{FlagSpec, Frame, FrameSpec, MAX_FIELDS, MAX_SYNC_LEN, SequenceSpec};
 use carried::{Carried, Deciding};
 use check::Check;
 pub(crate) use word::{WORD_LEN, Word};
@@ -42,6 +42,8 @@ impl AnyPlan {
 pub(crate) struct Plan<W> {
     len: usize,
     field_count: usize,
+    /// Frames are taken as words whose highest byte is the first, not the lowest.
+    big: bool,
     /// The sync word, and the bits that are known beforehand: its own and the counter's.
     sync: W,
     known: W,
@@ -53,11 +55,9 @@ pub(crate) struct Plan<W> {
     check: Option<Check>,
 }
 
-/// Consecutive bits of one of the two words of a frame.
+/// Consecutive bits of a frame's word.
 #[derive(Debug, Clone, Copy)]
 struct Run {
-    /// In the word whose highest byte is the frame's first, not in that whose lowest is.
-    big: bool,
     shift: u32,
     mask: u64,
 }
@@ -80,13 +80,6 @@ struct Flags {
     flag: u32,
 }
 
-/// A frame as a number, its first byte lowest and highest.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Words<W> {
-    little: W,
-    big: W,
-}
-
 /// A frame to read others into, and what the last one carried.
 #[derive(Debug)]
 pub(crate) struct Slate<'a, W> {
@@ -95,41 +88,38 @@ pub(crate) struct Slate<'a, W> {
     carried: &'a Carried<W>,
 }
 
+/// Order of some bytes; `None` for a single one, which has any.
+fn is_big(place: &Place) -> Option<bool> {
+    (place.bytes > 1).then_some(place.endian == Endian::Big)
+}
+
+/// Lowest bit of `bytes` bytes from `at` on.
+fn shift_of<W: Word>(at: usize, bytes: usize, big: bool) -> Option<u32> {
+    let below = if big { W::LEN.checked_sub(at + bytes)? } else { at };
+    u32::try_from(8 * below).ok()
+}
+
 impl Run {
-    const NONE: Self = Self { big: false, shift: 0, mask: 0 };
+    const NONE: Self = Self { shift: 0, mask: 0 };
 
-    /// Whether the order of its bytes calls for the word whose highest byte is the frame's first.
-    fn is_big(place: &Place) -> bool {
-        place.endian == Endian::Big && place.bytes > 1
-    }
-
-    /// `byte_big` is the word for a single byte, which may be in either.
-    fn of<W: Word>(place: &Place, byte_big: bool) -> Option<Self> {
-        let big = Self::is_big(place) || (byte_big && place.bytes == 1);
-        let below = if big { W::LEN.checked_sub(place.at + place.bytes)? } else { place.at };
-        let shift = u32::try_from(8 * below).ok()? + place.shift;
-        (place.byte_bits == 8).then_some(Self { big, shift, mask: place.mask() })
+    /// `None` if the bytes are the other way round than the word's.
+    fn of<W: Word>(place: &Place, big: bool) -> Option<Self> {
+        let shift = shift_of::<W>(place.at, place.bytes, big)? + place.shift;
+        let is_in_order = is_big(place).is_none_or(|it| it == big) && place.byte_bits == 8;
+        is_in_order.then_some(Self { shift, mask: place.mask() })
     }
 
     #[inline(always)]
-    fn read<W: Word>(&self, little: W, big: W) -> u64 {
-        let word = if self.big { big } else { little };
+    fn read<W: Word>(&self, word: W) -> u64 {
         word.low_from(self.shift) & self.mask
-    }
-
-    /// The word, first byte lowest, that has `code`, which fits, here and zeros elsewhere.
-    #[inline(always)]
-    fn word_of<W: Word>(&self, code: u64) -> W {
-        let word = W::with_low(code, self.shift);
-        if self.big { word.swapped() } else { word }
     }
 }
 
 impl Counter {
-    fn of<W: Word>(spec: Option<&SequenceSpec>) -> Option<Self> {
+    fn of<W: Word>(spec: Option<&SequenceSpec>, big: bool) -> Option<Self> {
         match spec {
             Some(SequenceSpec { place, modulus }) => {
-                Some(Self { run: Run::of::<W>(place, false)?, modulus: *modulus })
+                Some(Self { run: Run::of::<W>(place, big)?, modulus: *modulus })
             }
             None => Some(Self { run: Run::NONE, modulus: 1 }),
         }
@@ -141,7 +131,9 @@ impl Flags {
         let mut all: Vec<Self> = Vec::new();
         for (flag, spec) in (0..).zip(specs) {
             match all.last_mut() {
-                Some(last) if last.field == spec.field && last.bit + flag == spec.bit + last.flag => {
+                Some(last)
+                    if last.field == spec.field && last.bit + flag == spec.bit + last.flag =>
+                {
                     last.mask = 2 * last.mask + 1;
                 }
                 _ => all.push(Self { field: spec.field, bit: spec.bit, mask: 1, flag }),
@@ -163,20 +155,34 @@ impl<W: Word> Plan<W> {
         if spec.len > W::LEN {
             return None;
         }
-        let all = vec![0xFF; spec.sync.len()];
-        let mask = if mask.is_empty() { &all } else { mask };
-        let counter = Counter::of::<W>(spec.sequence.as_ref())?;
+        // The counter has to be in order; of the fields most are.
+        let places = spec.sequence.iter().map(|counter| &counter.place);
+        let places = places.chain(spec.fields.iter().map(|field| &field.place));
+        let big = places.filter_map(is_big).next().unwrap_or(false);
+        let counter = Counter::of::<W>(spec.sequence.as_ref(), big)?;
+        let front = |bytes: &[u8]| {
+            let mut front = [0; WORD_LEN];
+            front.iter_mut().zip(bytes).for_each(|(to, byte)| *to = *byte);
+            W::load(&front, big)
+        };
+        let sync = front(&spec.sync);
+        let mask = if mask.is_empty() {
+            front(&[0xFF; MAX_SYNC_LEN][..spec.sync.len()])
+        } else {
+            front(mask)
+        };
         let vouched = |(k, field): (usize, &FieldSpec)| Some((k, field.valid_if?));
         Some(Self {
             len: spec.len,
             field_count: spec.fields.len(),
-            sync: W::of_little(&spec.sync),
-            known: W::of_little(mask) | counter.run.word_of(counter.run.mask),
+            big,
+            sync,
+            known: mask | W::with_low(counter.run.mask, counter.run.shift),
             counter,
-            deciding: Deciding::of(&spec.fields)?,
+            deciding: Deciding::of(&spec.fields, sync, big)?,
             flags: Flags::of(&spec.flags),
             vouched: spec.fields.iter().enumerate().filter_map(vouched).collect(),
-            check: Check::of(&spec.check)?,
+            check: Check::of::<W>(&spec.check, big)?,
         })
     }
 
@@ -194,33 +200,34 @@ impl<W: Word> Plan<W> {
     /// The frame that `front` begins with, if its sync word and its check are right and its
     /// counter, if it has one, is `counter`.
     #[inline(always)]
-    pub(crate) fn cut(&self, front: &[u8; WORD_LEN], counter: u64) -> Option<Words<W>> {
-        let little = W::little(front);
-        let expected = self.sync | self.counter.run.word_of(counter);
-        if (little ^ expected) & self.known != W::default() {
+    pub(crate) fn cut(&self, front: &[u8; WORD_LEN], counter: u64) -> Option<W> {
+        let word = W::load(front, self.big);
+        let expected = self.sync | W::with_low(counter, self.counter.run.shift);
+        if (word ^ expected) & self.known != W::default() {
             return None;
         }
-        let checked = self.check.as_ref().is_none_or(|check| check.holds(little));
-        checked.then(|| Words { little, big: little.swapped() })
+        self.check.as_ref().is_none_or(|check| check.holds(word)).then_some(word)
     }
 
     /// A place for the frames of a row, of which the first is the one behind index `last_index`.
-    pub(crate) fn slate(&self, spec: &FrameSpec, last_index: u64) -> Slate<'_, W> {
+    pub(crate) fn slate(&self, spec: &FrameSpec, last_index: u64) -> Option<Slate<'_, W>> {
         let mut frame = Frame::blank(spec);
         frame.index = last_index;
-        Slate { frame, code: 0, carried: self.deciding.carried(0) }
+        Some(Slate { frame, code: 0, carried: self.deciding.carried(0)? })
     }
 
     /// Reads the fields into the frame of `slate`, which was made by this plan, and counts it.
     #[inline(always)]
-    pub(crate) fn read<'a>(&'a self, Words { little, big }: Words<W>, slate: &mut Slate<'a, W>) {
+    pub(crate) fn read<'a>(&'a self, word: W, slate: &mut Slate<'a, W>) {
         let frame = &mut slate.frame;
-        let code = self.deciding.code_in(little, big);
+        let code = self.deciding.code_in(word);
         if code != slate.code {
-            (slate.code, slate.carried) = (code, self.deciding.carried(code));
+            slate.code = code;
+            slate.carried = self.deciding.carried(code).unwrap_or(slate.carried);
             frame.raw = [0; MAX_FIELDS];
+            frame.raw[self.deciding.field % MAX_FIELDS] = code.cast_signed();
         }
-        slate.carried.read(little, big, &mut frame.raw);
+        slate.carried.read(word, &mut frame.raw);
         let flags = self.flags.iter().fold(0, |all, flags| all | flags.read(&frame.raw));
         let mut has = slate.carried.has(&frame.raw);
         for (field, flag) in &self.vouched {
@@ -235,8 +242,14 @@ impl<W: Word> Plan<W> {
     #[inline(always)]
     pub(crate) fn emit(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
         let Some(word) = self.word_of(raw, counter) else { return false };
-        word.append(self.len, out);
+        word.append(self.len, self.big, out);
         true
+    }
+
+    /// The same out of line, for the frames that the caller has no room for.
+    #[inline(never)]
+    pub(crate) fn emit_apart(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
+        self.emit(raw, counter, out)
     }
 
     #[inline(always)]
@@ -244,9 +257,9 @@ impl<W: Word> Plan<W> {
         if raw.len() != self.field_count {
             return None;
         }
-        let code = raw.get(self.deciding.field).map_or(0, |raw| self.deciding.code_for(*raw));
-        let fields = self.deciding.carried(code).word_of(raw)?;
-        let word = fields ^ self.sync ^ self.counter.run.word_of(counter);
+        let code = raw.get(self.deciding.field).map_or(0, |raw| raw.cast_unsigned());
+        let fields = self.deciding.carried(code)?.word_of(raw)?;
+        let word = fields | W::with_low(counter, self.counter.run.shift);
         Some(self.check.as_ref().map_or(word, |check| check.completed(word)))
     }
 }

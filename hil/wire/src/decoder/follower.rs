@@ -114,13 +114,13 @@ impl Follower {
         if !self.locked || self.adrift > 0 || untold || last_index > INDEX_MAX {
             return 0;
         }
-        let mut slate = plan.slate(&self.spec, last_index);
+        let Some(mut slate) = plan.slate(&self.spec, last_index) else { return 0 };
         let mut at = 0;
         while filled - at >= plan.len() {
             let Some(front) = window[at..].first_chunk() else { break };
             let counter = plan.counter_after(last_counter);
-            let Some(words) = plan.cut(front, counter) else { break };
-            plan.read(words, &mut slate);
+            let Some(word) = plan.cut(front, counter) else { break };
+            plan.read(word, &mut slate);
             last_counter = counter;
             at += plan.len();
             sink(&slate.frame);

@@ -1,8 +1,8 @@
 //! What a frame carries, which the value of one of its fields may decide.
 
-use super::{Run, Word};
+use super::{Run, Word, is_big, shift_of};
 use crate::MAX_FIELDS;
-use crate::field::{Coding, FieldSpec};
+use crate::field::{Coding, FieldSpec, When};
 
 /// Values that a deciding field may have, at most.
 const CODES: usize = 256;
@@ -16,23 +16,26 @@ pub(super) struct Deciding<W> {
     pub(super) field: usize,
     /// Its bits; none of them if nothing is decided.
     run: Run,
+    /// Raw values of the field with these bits are looked at; if nothing is decided, none are.
+    care: u64,
     /// Which of the kinds of frame each value stands for.
     choice: Box<[u8; CODES]>,
+    /// The first is for all values that decide nothing.
     kinds: Box<[Carried<W>]>,
 }
 
 /// The fields of one kind of frame.
 ///
 /// A raw value is the code with some bits turned, less a bias: that is all that tells two's
-/// complement, plain and offset binary apart. The bits to turn are the same in every frame.
+/// complement, plain and offset binary apart. The bits to turn are the same in every frame, and so
+/// are the deciding field's where its value is what makes the kind; it is in none of the lists then.
 #[derive(Debug, Clone)]
 pub(super) struct Carried<W> {
-    /// Bits to turn in the word whose lowest byte is the frame's first, and fields read there.
-    turned_little: W,
-    little: Box<[Field]>,
-    /// The same in the word whose highest byte is the frame's first.
-    turned_big: W,
-    big: Box<[Field]>,
+    /// Bits that are the same in every such frame, and those to turn.
+    turned: W,
+    fields: Box<[Field]>,
+    /// Fields whose bytes are the other way round than the word's.
+    swapped: Box<[Swapped]>,
     /// Fields that have a usable value, floats among them if they are numbers.
     pub(super) has: u64,
     floats: Box<[usize]>,
@@ -42,99 +45,107 @@ pub(super) struct Carried<W> {
 struct Field {
     index: usize,
     shift: u32,
-    mask: u64,
+    /// Bits that a code has not.
+    beyond: u64,
     bias: u64,
 }
 
+/// A field in bytes from bit `below` on; where it is, they are the upper bytes of 64 bits swapped.
+#[derive(Debug, Clone, Copy)]
+struct Swapped {
+    below: u32,
+    field: Field,
+}
+
 impl<W: Word> Deciding<W> {
-    /// `None` if more than one field decides, or one of more than eight bits.
-    pub(super) fn of(fields: &[FieldSpec]) -> Option<Self> {
+    /// The fields of a layout, whose frames all have the bits of `same`. `None` if more than one
+    /// field decides, or one of more than eight bits.
+    pub(super) fn of(fields: &[FieldSpec], same: W, big: bool) -> Option<Self> {
         let mut whens: Vec<_> = fields.iter().filter_map(|field| field.when).collect();
         let field = whens.first().map_or(0, |when| when.field);
-        if whens.iter().any(|when| when.field != field) {
-            return None;
-        }
         let run = match whens.first() {
-            Some(_) => Run::of::<W>(&fields[field].place, false)?,
+            Some(_) => Run::of::<W>(&fields[field].place, big)?,
             None => Run::NONE,
         };
-        if usize::try_from(run.mask).ok()? >= CODES {
+        if whens.iter().any(|when| when.field != field) || run.mask >= CODES as u64 {
             return None;
         }
         whens.sort_unstable_by_key(|when| when.equals);
         whens.dedup_by_key(|when| when.equals);
         let mut choice = Box::new([0; CODES]);
-        let mut kinds = vec![Carried::of(fields, None)?];
-        for when in whens {
-            *choice.get_mut(usize::try_from(when.equals).ok()?)? = u8::try_from(kinds.len()).ok()?;
-            kinds.push(Carried::of(fields, Some(when.equals))?);
+        let mut kinds = vec![Carried::of(fields, None, same, big)?];
+        for when in &whens {
+            *choice.get_mut(usize::try_from(when.equals).ok()?)? =
+                u8::try_from(kinds.len()).ok()?;
+            let code = when.equals.cast_unsigned();
+            if code > run.mask {
+                return None;
+            }
+            let same = same | W::with_low(code, run.shift);
+            kinds.push(Carried::of(fields, Some(*when), same, big)?);
         }
-        Some(Self { field, run, choice, kinds: kinds.into_boxed_slice() })
+        let care = if whens.is_empty() { 0 } else { u64::MAX };
+        Some(Self { field, run, care, choice, kinds: kinds.into_boxed_slice() })
     }
 
     /// The deciding code in a frame, zero if nothing is decided.
     #[inline(always)]
-    pub(super) fn code_in(&self, little: W, big: W) -> u64 {
-        self.run.read(little, big)
+    pub(super) fn code_in(&self, word: W) -> u64 {
+        self.run.read(word)
     }
 
-    /// The deciding code for a raw value; some code if the value does not fit.
+    /// What frames with this code carry; `None` if it is none.
     #[inline(always)]
-    pub(super) fn code_for(&self, raw: i64) -> u64 {
-        raw.cast_unsigned() & self.run.mask
-    }
-
-    /// What frames with this code carry.
-    #[inline(always)]
-    pub(super) fn carried(&self, code: u64) -> &Carried<W> {
-        let [code, ..] = code.to_le_bytes();
-        &self.kinds[usize::from(self.choice[usize::from(code)])]
+    pub(super) fn carried(&self, code: u64) -> Option<&Carried<W>> {
+        let kind = self.choice.get(usize::try_from(code & self.care).ok()?)?;
+        self.kinds.get(usize::from(*kind))
     }
 }
 
 impl<W: Word> Carried<W> {
-    /// What is carried if the deciding field is `decided`; only what every frame carries if it is
-    /// something else.
-    fn of(specs: &[FieldSpec], decided: Option<i64>) -> Option<Self> {
-        let (mut little, mut big, mut floats) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut turned_little, mut turned_big) = (W::default(), W::default());
-        let mut has = 0;
-        // A single byte may stand in either word; with the others it takes no loop of its own.
-        let bytes_big = specs.iter().any(|spec| Run::is_big(&spec.place));
+    /// What frames carry in which a field is what `decided` says, or only what every frame carries;
+    /// they all have the bits of `same`.
+    fn of(specs: &[FieldSpec], decided: Option<When>, same: W, big: bool) -> Option<Self> {
+        let (mut fields, mut swapped, mut floats) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut turned, mut has) = (same, 0);
         for (index, spec) in specs.iter().enumerate() {
-            if spec.when.is_some_and(|when| Some(when.equals) != decided) {
+            if spec.when.is_some() && spec.when != decided {
                 continue;
             }
-            let (turned, bias) = turned_and_bias(spec)?;
-            let Run { big: is_big, shift, mask } = Run::of::<W>(&spec.place, bytes_big)?;
-            let field = Field { index, shift, mask, bias };
-            let turned = W::with_low(turned, shift);
-            if is_big {
-                turned_big = turned_big | turned;
-                big.push(field);
+            has |= 1 << index;
+            if decided.is_some_and(|when| when.field == index) {
+                continue;
+            }
+            let (turns, bias) = turns_and_bias(spec)?;
+            let beyond = !spec.place.mask();
+            if is_big(&spec.place).is_none_or(|it| it == big) {
+                let shift = Run::of::<W>(&spec.place, big)?.shift;
+                turned = turned ^ W::with_low(turns, shift);
+                fields.push(Field { index, shift, beyond, bias });
             } else {
-                turned_little = turned_little | turned;
-                little.push(field);
+                let shift = 64 - 8 * u32::try_from(spec.place.bytes).ok()? + spec.place.shift;
+                let below = shift_of::<W>(spec.place.at, spec.place.bytes, big)?;
+                turned = turned ^ W::with_low((turns << shift).swap_bytes(), below);
+                swapped.push(Swapped { below, field: Field { index, shift, beyond, bias } });
             }
             if spec.coding == Coding::Float {
                 floats.push(index);
             }
-            has |= 1 << index;
         }
-        let [little, big] = [little, big].map(Vec::into_boxed_slice);
-        let floats = floats.into_boxed_slice();
-        Some(Self { turned_little, little, turned_big, big, has, floats })
+        let (fields, swapped) = (fields.into_boxed_slice(), swapped.into_boxed_slice());
+        Some(Self { turned, fields, swapped, has, floats: floats.into_boxed_slice() })
     }
 
     /// Reads the fields of a frame; the others stay as they are.
     #[inline(always)]
-    pub(super) fn read(&self, little: W, big: W, raw: &mut [i64; MAX_FIELDS]) {
-        let (little, big) = (little ^ self.turned_little, big ^ self.turned_big);
-        for field in &self.big {
-            raw[field.index % MAX_FIELDS] = field.raw(big);
+    pub(super) fn read(&self, word: W, raw: &mut [i64; MAX_FIELDS]) {
+        let turned = word ^ self.turned;
+        for field in &self.fields {
+            raw[field.index % MAX_FIELDS] = field.raw(turned.low_from(field.shift));
         }
-        for field in &self.little {
-            raw[field.index % MAX_FIELDS] = field.raw(little);
+        for Swapped { below, field } in &self.swapped {
+            let bits = turned.low_from(*below).swap_bytes() >> (field.shift % u64::BITS);
+            raw[field.index % MAX_FIELDS] = field.raw(bits);
         }
     }
 
@@ -145,34 +156,34 @@ impl<W: Word> Carried<W> {
         self.floats.iter().fold(self.has, |has, &k| has & !(u64::from(is_endless(k)) << k))
     }
 
-    /// The word, first byte lowest, of these raw values, unless one does not fit.
+    /// The word of these raw values, unless one does not fit.
     #[inline(always)]
     pub(super) fn word_of(&self, raw: &[i64]) -> Option<W> {
-        let (mut little, mut big) = (self.turned_little, self.turned_big);
-        let mut beyond = 0;
-        for field in &self.big {
+        let (mut word, mut beyond) = (self.turned, 0);
+        for field in &self.fields {
             let code = field.code(*raw.get(field.index)?);
-            beyond |= code & !field.mask;
-            big = big ^ W::with_low(code, field.shift);
+            beyond |= code & field.beyond;
+            word = word ^ W::with_low(code, field.shift);
         }
-        for field in &self.little {
+        for Swapped { below, field } in &self.swapped {
             let code = field.code(*raw.get(field.index)?);
-            beyond |= code & !field.mask;
-            little = little ^ W::with_low(code, field.shift);
+            beyond |= code & field.beyond;
+            let bits = (code << (field.shift % u64::BITS)).swap_bytes();
+            word = word ^ W::with_low(bits, *below);
         }
-        (beyond == 0).then(|| little | big.swapped())
+        (beyond == 0).then_some(word)
     }
 }
 
 impl Field {
-    /// The raw value in a word whose bits have been turned.
+    /// The raw value, whose code with bits turned is lowest in `bits`.
     #[inline(always)]
-    fn raw<W: Word>(&self, turned: W) -> i64 {
-        (turned.low_from(self.shift) & self.mask).wrapping_sub(self.bias).cast_signed()
+    const fn raw(&self, bits: u64) -> i64 {
+        (bits & !self.beyond).wrapping_sub(self.bias).cast_signed()
     }
 
-    /// The code before bits are turned. The least value that fits is zero and the greatest is the
-    /// mask.
+    /// The code before bits are turned. The least value that fits is zero and the greatest has all
+    /// bits.
     #[inline(always)]
     const fn code(&self, raw: i64) -> u64 {
         raw.cast_unsigned().wrapping_add(self.bias)
@@ -180,7 +191,7 @@ impl Field {
 }
 
 /// Bits of the code to turn, and what to take away then; `None` for text.
-fn turned_and_bias(spec: &FieldSpec) -> Option<(u64, u64)> {
+fn turns_and_bias(spec: &FieldSpec) -> Option<(u64, u64)> {
     let top = 1 << (spec.place.bits - 1);
     match spec.coding {
         Coding::Twos => Some((top, top)),

@@ -1,6 +1,6 @@
 //! Checks that every byte of a frame adds to by itself.
 
-use super::Word;
+use super::{Word, shift_of};
 use crate::check::Algorithm;
 use crate::crc::lower_half;
 use crate::{CheckSpec, Endian};
@@ -12,12 +12,12 @@ use crate::{CheckSpec, Endian};
 /// as it is stored, so the order of the stored bytes is settled in the tables.
 #[derive(Clone)]
 pub(super) struct Check {
-    /// Lowest bit of the first byte stored, and the bits stored from there on.
+    /// Lowest bit of what is stored, and a mask over it.
     stored_shift: u32,
     stored_mask: u32,
-    /// Lowest bit of the first byte covered.
+    /// Lowest bit of what is covered.
     shift: u32,
-    /// By fours of places. Behind the last one covered a table is zero, whatever the byte.
+    /// For the bytes from there on, by fours. Those not covered any more add nothing.
     tables: Box<[[[u32; 256]; FOUR]]>,
 }
 
@@ -32,22 +32,21 @@ impl std::fmt::Debug for Check {
 impl Check {
     /// Nothing when no such check is in the frame, `None` when another one is.
     #[expect(clippy::option_option, reason = "whether it can be planned, and whether there is one")]
-    pub(super) fn of(spec: &CheckSpec) -> Option<Option<Self>> {
+    pub(super) fn of<W: Word>(spec: &CheckSpec, big: bool) -> Option<Option<Self>> {
         match spec.algorithm {
             Algorithm::None => return Some(None),
             Algorithm::Sum { .. } | Algorithm::Parity { .. } => return None,
             Algorithm::Crc(_) | Algorithm::Xor => (),
         }
-        let shift_of = |at: usize| u32::try_from(8 * at).ok();
         Some(Some(Self {
-            stored_shift: shift_of(spec.place.at)?,
+            stored_shift: shift_of::<W>(spec.place.at, spec.place.bytes, big)?,
             stored_mask: lower_half(spec.place.mask()),
-            shift: shift_of(spec.first)?,
-            tables: tables(spec),
+            shift: shift_of::<W>(spec.first, spec.last - spec.first + 1, big)?,
+            tables: tables(spec, big),
         }))
     }
 
-    /// What is to be stored over a frame whose first byte is lowest in `word`.
+    /// What is to be stored over a frame.
     #[inline(always)]
     fn value<W: Word>(&self, word: W) -> u32 {
         let (mut sum, mut shift) = (0, self.shift);
@@ -72,23 +71,25 @@ impl Check {
     }
 }
 
-fn tables(spec: &CheckSpec) -> Box<[[[u32; 256]; FOUR]]> {
+fn tables(spec: &CheckSpec, big: bool) -> Box<[[[u32; 256]; FOUR]]> {
     let mut bytes = vec![0; spec.last - spec.first + 1];
-    // As it is stored, the first byte lowest.
-    let stored = |bytes: &[u8]| match (spec.of_covered(bytes), spec.place.endian) {
-        (value, Endian::Little) => value,
-        (value, Endian::Big) => value.swap_bytes() >> (32 - spec.place.bits),
+    let is_swapped = big != (spec.place.endian == Endian::Big);
+    let stored = |bytes: &[u8]| match spec.of_covered(bytes) {
+        value if is_swapped => value.swap_bytes() >> (32 - spec.place.bits),
+        value => value,
     };
     let of_zeros = stored(&bytes);
-    let mut tables = vec![[[0; 256]; FOUR]; bytes.len().div_ceil(FOUR)].into_boxed_slice();
-    for (k, table) in tables.as_flattened_mut().iter_mut().take(bytes.len()).enumerate() {
+    let len = bytes.len();
+    let mut tables = vec![[[0; 256]; FOUR]; len.div_ceil(FOUR)].into_boxed_slice();
+    for (k, table) in tables.as_flattened_mut().iter_mut().take(len).enumerate() {
+        let at = if big { len - 1 - k } else { k };
         // What all of them make of zeros is the first one's to add.
         let constant = if k == 0 { 0 } else { of_zeros };
         for (byte, slot) in (0..=u8::MAX).zip(table) {
-            bytes[k] = byte;
+            bytes[at] = byte;
             *slot = stored(&bytes) ^ constant;
         }
-        bytes[k] = 0;
+        bytes[at] = 0;
     }
     tables
 }
