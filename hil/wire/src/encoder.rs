@@ -90,7 +90,7 @@ impl Encoder {
     /// # Errors
     /// [`EncodeError`] when `raw` does not fit the layout. Values are not saturated here:
     /// [`crate::FieldSpec::from_si`] and the gyro model do that, knowing why.
-    #[inline]
+    #[inline(always)]
     pub fn encode(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let counter = self.next_counter;
         let planned = match &self.plan {

@@ -210,10 +210,10 @@ impl<W: Word> Plan<W> {
     }
 
     /// A place for the frames of a row, of which the first is the one behind index `last_index`.
-    pub(crate) fn slate(&self, spec: &FrameSpec, last_index: u64) -> Option<Slate<'_, W>> {
+    pub(crate) fn slate(&self, spec: &FrameSpec, last_index: u64) -> Slate<'_, W> {
         let mut frame = Frame::blank(spec);
         frame.index = last_index;
-        Some(Slate { frame, code: 0, carried: self.deciding.carried(0)? })
+        Slate { frame, code: 0, carried: self.deciding.carried(0) }
     }
 
     /// Reads the fields into the frame of `slate`, which was made by this plan, and counts it.
@@ -223,7 +223,7 @@ impl<W: Word> Plan<W> {
         let code = self.deciding.code_in(word);
         if code != slate.code {
             slate.code = code;
-            slate.carried = self.deciding.carried(code).unwrap_or(slate.carried);
+            slate.carried = self.deciding.carried(code);
             frame.raw = [0; MAX_FIELDS];
             frame.raw[self.deciding.field % MAX_FIELDS] = code.cast_signed();
         }
@@ -258,7 +258,7 @@ impl<W: Word> Plan<W> {
             return None;
         }
         let code = raw.get(self.deciding.field).map_or(0, |raw| raw.cast_unsigned());
-        let fields = self.deciding.carried(code)?.word_of(raw)?;
+        let fields = self.deciding.carried(code).word_of(raw)?;
         let word = fields | W::with_low(counter, self.counter.run.shift);
         Some(self.check.as_ref().map_or(word, |check| check.completed(word)))
     }

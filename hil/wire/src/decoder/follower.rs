@@ -114,7 +114,7 @@ impl Follower {
         if !self.locked || self.adrift > 0 || untold || last_index > INDEX_MAX {
             return 0;
         }
-        let Some(mut slate) = plan.slate(&self.spec, last_index) else { return 0 };
+        let mut slate = plan.slate(&self.spec, last_index);
         let mut at = 0;
         while filled - at >= plan.len() {
             let Some(front) = window[at..].first_chunk() else { break };

@@ -4,24 +4,22 @@ use super::{Run, Word, is_big, shift_of};
 use crate::MAX_FIELDS;
 use crate::field::{Coding, FieldSpec, When};
 
-/// Values that a deciding field may have, at most.
-const CODES: usize = 256;
+/// Greatest value that a deciding field may have.
+const CODE_MAX: u64 = 0xFF;
 /// All bits of a float's exponent: it is no number.
 const ENDLESS: i64 = 0x7F80_0000;
 
 /// The deciding field, and what each value of it makes a frame carry.
 #[derive(Debug, Clone)]
 pub(super) struct Deciding<W> {
-    /// Index of the field. Any one if nothing is decided; it is not looked at.
+    /// Index of the field. Any one if nothing is decided.
     pub(super) field: usize,
     /// Its bits; none of them if nothing is decided.
     run: Run,
-    /// Raw values of the field with these bits are looked at; if nothing is decided, none are.
-    care: u64,
-    /// Which of the kinds of frame each value stands for.
-    choice: Box<[u8; CODES]>,
-    /// The first is for all values that decide nothing.
+    /// What frames carry, by the value.
     kinds: Box<[Carried<W>]>,
+    /// What they carry with greater values.
+    otherwise: Carried<W>,
 }
 
 /// The fields of one kind of frame.
@@ -61,31 +59,28 @@ impl<W: Word> Deciding<W> {
     /// The fields of a layout, whose frames all have the bits of `same`. `None` if more than one
     /// field decides, or one of more than eight bits.
     pub(super) fn of(fields: &[FieldSpec], same: W, big: bool) -> Option<Self> {
-        let mut whens: Vec<_> = fields.iter().filter_map(|field| field.when).collect();
+        let whens: Vec<_> = fields.iter().filter_map(|field| field.when).collect();
         let field = whens.first().map_or(0, |when| when.field);
         let run = match whens.first() {
             Some(_) => Run::of::<W>(&fields[field].place, big)?,
             None => Run::NONE,
         };
-        if whens.iter().any(|when| when.field != field) || run.mask >= CODES as u64 {
+        if whens.iter().any(|when| when.field != field) || run.mask > CODE_MAX {
             return None;
         }
-        whens.sort_unstable_by_key(|when| when.equals);
-        whens.dedup_by_key(|when| when.equals);
-        let mut choice = Box::new([0; CODES]);
-        let mut kinds = vec![Carried::of(fields, None, same, big)?];
-        for when in &whens {
-            *choice.get_mut(usize::try_from(when.equals).ok()?)? =
-                u8::try_from(kinds.len()).ok()?;
-            let code = when.equals.cast_unsigned();
-            if code > run.mask {
-                return None;
+        let kinds = match whens.iter().map(|when| when.equals).max() {
+            Some(greatest) => {
+                let greatest = u64::try_from(greatest).ok().filter(|code| *code <= run.mask)?;
+                let kind = |code: u64| {
+                    let equals = code.cast_signed();
+                    let same = same | W::with_low(code, run.shift);
+                    Carried::of(fields, Some(When { field, equals }), same, big)
+                };
+                (0..=greatest).map(kind).collect::<Option<_>>()?
             }
-            let same = same | W::with_low(code, run.shift);
-            kinds.push(Carried::of(fields, Some(*when), same, big)?);
-        }
-        let care = if whens.is_empty() { 0 } else { u64::MAX };
-        Some(Self { field, run, care, choice, kinds: kinds.into_boxed_slice() })
+            None => Box::default(),
+        };
+        Some(Self { field, run, kinds, otherwise: Carried::of(fields, None, same, big)? })
     }
 
     /// The deciding code in a frame, zero if nothing is decided.
@@ -94,11 +89,12 @@ impl<W: Word> Deciding<W> {
         self.run.read(word)
     }
 
-    /// What frames with this code carry; `None` if it is none.
+    /// What frames carry in which the deciding field has this code. One that is too great for it
+    /// is found with those of other fields.
     #[inline(always)]
-    pub(super) fn carried(&self, code: u64) -> Option<&Carried<W>> {
-        let kind = self.choice.get(usize::try_from(code & self.care).ok()?)?;
-        self.kinds.get(usize::from(*kind))
+    pub(super) fn carried(&self, code: u64) -> &Carried<W> {
+        let kind = usize::try_from(code).ok().and_then(|code| self.kinds.get(code));
+        kind.unwrap_or(&self.otherwise)
     }
 }
 

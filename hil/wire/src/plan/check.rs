@@ -18,10 +18,13 @@ pub(super) struct Check {
     /// Lowest bit of what is covered.
     shift: u32,
     /// For the bytes from there on, by fours. Those not covered any more add nothing.
-    tables: Box<[[[u32; 256]; FOUR]]>,
+    first: Box<Tables>,
+    rest: Box<[Tables]>,
 }
 
 const FOUR: usize = 4;
+/// What each value of each of four bytes adds.
+type Tables = [[u32; 256]; FOUR];
 
 impl std::fmt::Debug for Check {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -38,22 +41,24 @@ impl Check {
             Algorithm::Sum { .. } | Algorithm::Parity { .. } => return None,
             Algorithm::Crc(_) | Algorithm::Xor => (),
         }
+        let (first, rest) = tables(spec, big);
         Some(Some(Self {
             stored_shift: shift_of::<W>(spec.place.at, spec.place.bytes, big)?,
             stored_mask: lower_half(spec.place.mask()),
             shift: shift_of::<W>(spec.first, spec.last - spec.first + 1, big)?,
-            tables: tables(spec, big),
+            first,
+            rest,
         }))
     }
 
     /// What is to be stored over a frame.
     #[inline(always)]
     fn value<W: Word>(&self, word: W) -> u32 {
-        let (mut sum, mut shift) = (0, self.shift);
-        for [first, second, third, fourth] in &self.tables {
-            let [a, b, c, d, ..] = word.low_from(shift).to_le_bytes().map(usize::from);
-            sum ^= first[a] ^ second[b] ^ third[c] ^ fourth[d];
+        let mut sum = of_four(&self.first, word.low_from(self.shift));
+        let mut shift = self.shift;
+        for tables in &self.rest {
             shift += 8 * FOUR as u32;
+            sum ^= of_four(tables, word.low_from(shift));
         }
         sum
     }
@@ -71,7 +76,13 @@ impl Check {
     }
 }
 
-fn tables(spec: &CheckSpec, big: bool) -> Box<[[[u32; 256]; FOUR]]> {
+#[inline(always)]
+fn of_four([first, second, third, fourth]: &Tables, bytes: u64) -> u32 {
+    let [a, b, c, d, ..] = bytes.to_le_bytes().map(usize::from);
+    first[a] ^ second[b] ^ third[c] ^ fourth[d]
+}
+
+fn tables(spec: &CheckSpec, big: bool) -> (Box<Tables>, Box<[Tables]>) {
     let mut bytes = vec![0; spec.last - spec.first + 1];
     let is_swapped = big != (spec.place.endian == Endian::Big);
     let stored = |bytes: &[u8]| match spec.of_covered(bytes) {
@@ -80,8 +91,10 @@ fn tables(spec: &CheckSpec, big: bool) -> Box<[[[u32; 256]; FOUR]]> {
     };
     let of_zeros = stored(&bytes);
     let len = bytes.len();
-    let mut tables = vec![[[0; 256]; FOUR]; len.div_ceil(FOUR)].into_boxed_slice();
-    for (k, table) in tables.as_flattened_mut().iter_mut().take(len).enumerate() {
+    let mut first = Box::new([[0; 256]; FOUR]);
+    let mut rest = vec![[[0; 256]; FOUR]; len.div_ceil(FOUR) - 1].into_boxed_slice();
+    let all = first.iter_mut().chain(rest.as_flattened_mut());
+    for (k, table) in all.take(len).enumerate() {
         let at = if big { len - 1 - k } else { k };
         // What all of them make of zeros is the first one's to add.
         let constant = if k == 0 { 0 } else { of_zeros };
@@ -91,5 +104,5 @@ fn tables(spec: &CheckSpec, big: bool) -> Box<[[[u32; 256]; FOUR]]> {
         }
         bytes[at] = 0;
     }
-    tables
+    (first, rest)
 }
