@@ -43,10 +43,12 @@ pub struct Encoder {
     /// Where frames are put together. Longer than any, so that each number in a frame has a whole
     /// word to be written in.
     content: Box<[u8; ROOM]>,
-    next_index: u64,
-    /// `next_index` modulo that of the layout's counter, because a division is slow beside the
-    /// rest of a frame.
+    /// The counter of the next frame, and the index of the frame that has zero of the same turn.
+    /// A division is slow beside the rest of a frame, and so is a second number to count.
     next_counter: u64,
+    turn_start: u64,
+    /// Frames in the turn: the modulus, unless the index wraps before.
+    turn_len: u64,
     modulus: u64,
 }
 
@@ -65,10 +67,11 @@ impl Encoder {
     pub fn starting_at(spec: &FrameSpec, first_index: u64) -> Self {
         let limits = spec.fields.iter().map(|field| (field.raw_min(), field.raw_max())).collect();
         let (spec, plan) = (spec.clone(), AnyPlan::of(spec));
-        let (content, next_index) = (Box::new([0; ROOM]), first_index);
-        let modulus = spec.modulus();
-        let next_counter = next_index % modulus;
-        Self { spec, plan, limits, content, next_index, next_counter, modulus }
+        let (content, modulus) = (Box::new([0; ROOM]), spec.modulus());
+        let next_counter = first_index % modulus;
+        let turn_start = first_index - next_counter;
+        let turn_len = turn_len(turn_start, modulus);
+        Self { spec, plan, limits, content, next_counter, turn_start, turn_len, modulus }
     }
 
     /// The same encoder, asking the layout about everything.
@@ -80,7 +83,7 @@ impl Encoder {
     /// Index of the next frame; the counter on the wire is this modulo the layout's modulus.
     #[must_use]
     pub const fn next_index(&self) -> u64 {
-        self.next_index
+        self.turn_start + self.next_counter
     }
 
     /// Appends one frame to `out`. `raw` holds one raw value for each field, in file order; the
@@ -107,10 +110,16 @@ impl Encoder {
 
     #[inline(always)]
     fn count(&mut self) {
-        self.next_index = self.next_index.wrapping_add(1);
-        let next = self.next_counter + 1;
-        let turns = next == self.modulus || self.next_index == 0;
-        self.next_counter = if turns { 0 } else { next };
+        self.next_counter += 1;
+        if self.next_counter == self.turn_len {
+            self.turn();
+        }
+    }
+
+    #[inline(never)]
+    fn turn(&mut self) {
+        self.turn_start = self.turn_start.wrapping_add(self.turn_len);
+        (self.next_counter, self.turn_len) = (0, turn_len(self.turn_start, self.modulus));
     }
 
     /// The same for any layout, and for values of any kind.
@@ -151,6 +160,12 @@ impl Encoder {
         }
         Ok(())
     }
+}
+
+/// Frames in a turn of the counter; with the last index there is it begins again.
+fn turn_len(turn_start: u64, modulus: u64) -> u64 {
+    let before_last = u64::MAX - turn_start;
+    modulus.min(before_last.saturating_add(1))
 }
 
 /// Whether a frame with these raw values carries a field under this condition.

@@ -47,25 +47,27 @@ pub(crate) struct Plan<W> {
     /// The sync word, and the bits that are known beforehand: its own and the counter's.
     sync: W,
     known: W,
-    counter: Counter,
+    counter: Counter<W>,
     deciding: Deciding<W>,
     flags: Box<[Flags]>,
     /// Fields and the flags that vouch for them.
     vouched: Box<[(usize, usize)]>,
-    check: Option<Check>,
+    check: Option<Check<W>>,
 }
 
 /// Consecutive bits of a frame's word.
 #[derive(Debug, Clone, Copy)]
-struct Run {
+struct Run<W> {
+    /// The lowest of them, as a number and alone.
     shift: u32,
+    unit: W,
     mask: u64,
 }
 
 /// The frame counter. Without one it has the modulus 1 and is always zero.
 #[derive(Debug, Clone, Copy)]
-struct Counter {
-    run: Run,
+struct Counter<W> {
+    run: Run<W>,
     modulus: u64,
 }
 
@@ -99,29 +101,37 @@ fn shift_of<W: Word>(at: usize, bytes: usize, big: bool) -> Option<u32> {
     u32::try_from(8 * below).ok()
 }
 
-impl Run {
-    const NONE: Self = Self { shift: 0, mask: 0 };
+impl<W: Word> Run<W> {
+    fn none() -> Self {
+        Self { shift: 0, unit: W::default(), mask: 0 }
+    }
 
     /// `None` if the bytes are the other way round than the word's.
-    fn of<W: Word>(place: &Place, big: bool) -> Option<Self> {
+    fn of(place: &Place, big: bool) -> Option<Self> {
         let shift = shift_of::<W>(place.at, place.bytes, big)? + place.shift;
         let is_in_order = is_big(place).is_none_or(|it| it == big) && place.byte_bits == 8;
-        is_in_order.then_some(Self { shift, mask: place.mask() })
+        is_in_order.then(|| Self { shift, unit: W::unit(shift), mask: place.mask() })
     }
 
     #[inline(always)]
-    fn read<W: Word>(&self, word: W) -> u64 {
+    fn read(&self, word: W) -> u64 {
         word.low_from(self.shift) & self.mask
+    }
+
+    /// The word with `code`, which fits, here.
+    #[inline(always)]
+    fn with(&self, code: u64) -> W {
+        W::with_bits(code, self.unit)
     }
 }
 
-impl Counter {
-    fn of<W: Word>(spec: Option<&SequenceSpec>, big: bool) -> Option<Self> {
+impl<W: Word> Counter<W> {
+    fn of(spec: Option<&SequenceSpec>, big: bool) -> Option<Self> {
         match spec {
             Some(SequenceSpec { place, modulus }) => {
-                Some(Self { run: Run::of::<W>(place, big)?, modulus: *modulus })
+                Some(Self { run: Run::of(place, big)?, modulus: *modulus })
             }
-            None => Some(Self { run: Run::NONE, modulus: 1 }),
+            None => Some(Self { run: Run::none(), modulus: 1 }),
         }
     }
 }
@@ -159,7 +169,7 @@ impl<W: Word> Plan<W> {
         let places = spec.sequence.iter().map(|counter| &counter.place);
         let places = places.chain(spec.fields.iter().map(|field| &field.place));
         let big = places.filter_map(is_big).next().unwrap_or(false);
-        let counter = Counter::of::<W>(spec.sequence.as_ref(), big)?;
+        let counter = Counter::of(spec.sequence.as_ref(), big)?;
         let front = |bytes: &[u8]| {
             let mut front = [0; WORD_LEN];
             front.iter_mut().zip(bytes).for_each(|(to, byte)| *to = *byte);
@@ -177,12 +187,12 @@ impl<W: Word> Plan<W> {
             field_count: spec.fields.len(),
             big,
             sync,
-            known: mask | W::with_low(counter.run.mask, counter.run.shift),
+            known: mask | counter.run.with(counter.run.mask),
             counter,
             deciding: Deciding::of(&spec.fields, sync, big)?,
             flags: Flags::of(&spec.flags),
             vouched: spec.fields.iter().enumerate().filter_map(vouched).collect(),
-            check: Check::of::<W>(&spec.check, big)?,
+            check: Check::of(&spec.check, big)?,
         })
     }
 
@@ -202,7 +212,7 @@ impl<W: Word> Plan<W> {
     #[inline(always)]
     pub(crate) fn cut(&self, front: &[u8; WORD_LEN], counter: u64) -> Option<W> {
         let word = W::load(front, self.big);
-        let expected = self.sync | W::with_low(counter, self.counter.run.shift);
+        let expected = self.sync | self.counter.run.with(counter);
         if (word ^ expected) & self.known != W::default() {
             return None;
         }
@@ -259,7 +269,7 @@ impl<W: Word> Plan<W> {
         }
         let code = raw.get(self.deciding.field).map_or(0, |raw| raw.cast_unsigned());
         let fields = self.deciding.carried(code).word_of(raw)?;
-        let word = fields | W::with_low(counter, self.counter.run.shift);
+        let word = fields | self.counter.run.with(counter);
         Some(self.check.as_ref().map_or(word, |check| check.completed(word)))
     }
 }

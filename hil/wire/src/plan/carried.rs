@@ -15,7 +15,7 @@ pub(super) struct Deciding<W> {
     /// Index of the field. Any one if nothing is decided.
     pub(super) field: usize,
     /// Its bits; none of them if nothing is decided.
-    run: Run,
+    run: Run<W>,
     /// What frames carry, by the value.
     kinds: Box<[Carried<W>]>,
     /// What they carry with greater values.
@@ -31,28 +31,30 @@ pub(super) struct Deciding<W> {
 pub(super) struct Carried<W> {
     /// Bits that are the same in every such frame, and those to turn.
     turned: W,
-    fields: Box<[Field]>,
+    fields: Box<[Field<W>]>,
     /// Fields whose bytes are the other way round than the word's.
-    swapped: Box<[Swapped]>,
+    swapped: Box<[Swapped<W>]>,
     /// Fields that have a usable value, floats among them if they are numbers.
     pub(super) has: u64,
     floats: Box<[usize]>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Field {
+struct Field<W> {
     index: usize,
+    /// The lowest bit, as a number and alone.
     shift: u32,
+    unit: W,
     /// Bits that a code has not.
     beyond: u64,
     bias: u64,
 }
 
-/// A field in bytes from bit `below` on; where it is, they are the upper bytes of 64 bits swapped.
+/// A field in the upper bytes of 64 bits, which swapped are in the word where the field says.
 #[derive(Debug, Clone, Copy)]
-struct Swapped {
-    below: u32,
-    field: Field,
+struct Swapped<W> {
+    shift: u32,
+    field: Field<W>,
 }
 
 impl<W: Word> Deciding<W> {
@@ -62,8 +64,8 @@ impl<W: Word> Deciding<W> {
         let whens: Vec<_> = fields.iter().filter_map(|field| field.when).collect();
         let field = whens.first().map_or(0, |when| when.field);
         let run = match whens.first() {
-            Some(_) => Run::of::<W>(&fields[field].place, big)?,
-            None => Run::NONE,
+            Some(_) => Run::of(&fields[field].place, big)?,
+            None => Run::none(),
         };
         if whens.iter().any(|when| when.field != field) || run.mask > CODE_MAX {
             return None;
@@ -73,7 +75,7 @@ impl<W: Word> Deciding<W> {
                 let greatest = u64::try_from(greatest).ok().filter(|code| *code <= run.mask)?;
                 let kind = |code: u64| {
                     let equals = code.cast_signed();
-                    let same = same | W::with_low(code, run.shift);
+                    let same = same | run.with(code);
                     Carried::of(fields, Some(When { field, equals }), same, big)
                 };
                 (0..=greatest).map(kind).collect::<Option<_>>()?
@@ -114,15 +116,17 @@ impl<W: Word> Carried<W> {
             }
             let (turns, bias) = turns_and_bias(spec)?;
             let beyond = !spec.place.mask();
+            let shift = shift_of::<W>(spec.place.at, spec.place.bytes, big)?;
             if is_big(&spec.place).is_none_or(|it| it == big) {
-                let shift = Run::of::<W>(&spec.place, big)?.shift;
-                turned = turned ^ W::with_low(turns, shift);
-                fields.push(Field { index, shift, beyond, bias });
+                let shift = shift + spec.place.shift;
+                let field = Field { index, shift, unit: W::unit(shift), beyond, bias };
+                turned = turned ^ W::with_bits(turns, field.unit);
+                fields.push(field);
             } else {
+                let field = Field { index, shift, unit: W::unit(shift), beyond, bias };
                 let shift = 64 - 8 * u32::try_from(spec.place.bytes).ok()? + spec.place.shift;
-                let below = shift_of::<W>(spec.place.at, spec.place.bytes, big)?;
-                turned = turned ^ W::with_low((turns << shift).swap_bytes(), below);
-                swapped.push(Swapped { below, field: Field { index, shift, beyond, bias } });
+                turned = turned ^ W::with_bits((turns << shift).swap_bytes(), field.unit);
+                swapped.push(Swapped { shift, field });
             }
             if spec.coding == Coding::Float {
                 floats.push(index);
@@ -136,11 +140,16 @@ impl<W: Word> Carried<W> {
     #[inline(always)]
     pub(super) fn read(&self, word: W, raw: &mut [i64; MAX_FIELDS]) {
         let turned = word ^ self.turned;
-        for field in &self.fields {
+        let mut read = |field: &Field<W>| {
             raw[field.index % MAX_FIELDS] = field.raw(turned.low_from(field.shift));
+        };
+        // Most often it is only one.
+        if let Some((first, others)) = self.fields.split_first() {
+            read(first);
+            others.iter().for_each(read);
         }
-        for Swapped { below, field } in &self.swapped {
-            let bits = turned.low_from(*below).swap_bytes() >> (field.shift % u64::BITS);
+        for Swapped { shift, field } in &self.swapped {
+            let bits = turned.low_from(field.shift).swap_bytes() >> (shift % u64::BITS);
             raw[field.index % MAX_FIELDS] = field.raw(bits);
         }
     }
@@ -156,22 +165,27 @@ impl<W: Word> Carried<W> {
     #[inline(always)]
     pub(super) fn word_of(&self, raw: &[i64]) -> Option<W> {
         let (mut word, mut beyond) = (self.turned, 0);
-        for field in &self.fields {
-            let code = field.code(*raw.get(field.index)?);
-            beyond |= code & field.beyond;
-            word = word ^ W::with_low(code, field.shift);
+        if let Some((first, others)) = self.fields.split_first() {
+            let code = first.code(*raw.get(first.index)?);
+            beyond = code & first.beyond;
+            word = word ^ W::with_bits(code, first.unit);
+            for field in others {
+                let code = field.code(*raw.get(field.index)?);
+                beyond |= code & field.beyond;
+                word = word ^ W::with_bits(code, field.unit);
+            }
         }
-        for Swapped { below, field } in &self.swapped {
+        for Swapped { shift, field } in &self.swapped {
             let code = field.code(*raw.get(field.index)?);
             beyond |= code & field.beyond;
-            let bits = (code << (field.shift % u64::BITS)).swap_bytes();
-            word = word ^ W::with_low(bits, *below);
+            let bits = (code << (shift % u64::BITS)).swap_bytes();
+            word = word ^ W::with_bits(bits, field.unit);
         }
         (beyond == 0).then_some(word)
     }
 }
 
-impl Field {
+impl<W> Field<W> {
     /// The raw value, whose code with bits turned is lowest in `bits`.
     #[inline(always)]
     const fn raw(&self, bits: u64) -> i64 {

@@ -22,8 +22,11 @@ where
     /// The lowest 64 bits of those from `shift` on; `shift` is less than the bits there are.
     fn low_from(self, shift: u32) -> u64;
 
-    /// The word with `bits` from `shift` on.
-    fn with_low(bits: u64, shift: u32) -> Self;
+    /// The word of which only bit `shift` is set.
+    fn unit(shift: u32) -> Self;
+
+    /// The word with `bits` where `unit` is set, and on.
+    fn with_bits(bits: u64, unit: Self) -> Self;
 }
 
 macro_rules! word {
@@ -54,8 +57,14 @@ macro_rules! word {
             }
 
             #[inline(always)]
-            fn with_low(bits: u64, shift: u32) -> Self {
-                Self::from(bits) << (shift % Self::BITS)
+            fn unit(shift: u32) -> Self {
+                1 << (shift % Self::BITS)
+            }
+
+            // A shift by a distance that is not known takes three steps, a multiplication one.
+            #[inline(always)]
+            fn with_bits(bits: u64, unit: Self) -> Self {
+                Self::from(bits).wrapping_mul(unit)
             }
         }
     };
