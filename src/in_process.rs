@@ -48,7 +48,7 @@ impl DeviceUnderTest for InProcess {
             cause: Box::new(DeviceFault::InProcess(Box::new(fault))),
         })?;
         self.time = sample.time;
-        let belief = self.estimator.belief();
+        let (belief, status) = self.estimator.report();
         Ok(AngleEstimate {
             time: sample.time,
             angle_rad: belief.angle_rad,
@@ -56,7 +56,7 @@ impl DeviceUnderTest for InProcess {
             angle_sigma_rad: belief.covariance.angle_rad2.sqrt(),
             rate_sigma_rad_s: belief.covariance.rate_rad2_s2.sqrt(),
             nis: innovation.nis(),
-            status: EstimateStatus::from_code(self.estimator.status().code()),
+            status: EstimateStatus::from_code(status.code()),
         })
     }
 }

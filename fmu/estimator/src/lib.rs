@@ -186,6 +186,11 @@ pub trait RateEstimator {
         Status::of_claim(self.belief().covariance.angle_rad2)
     }
 
+    /// [`belief`](Self::belief) and [`status`](Self::status), where one call is shorter.
+    fn report(&self) -> (Belief, Status) {
+        (self.belief(), self.status())
+    }
+
     /// How many bytes [`save`](Self::save) writes.
     fn saved_len(&self) -> usize;
 

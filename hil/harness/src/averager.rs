@@ -24,8 +24,11 @@ struct Groups {
     begin: u64,
     end: u64,
     sum_rad_s: f64,
-    /// Sums of the two further rates, once a sample of the group has brought them.
-    cross_sums_rad_s: Option<[f64; 2]>,
+    /// Sums of the two further rates, and whether a sample of the group has brought them. No
+    /// `Option`: compilers divide before they ask whether there is anything to divide, and what
+    /// stands in the place of nothing may be subnormal, which costs some hundred cycles.
+    cross_sums_rad_s: [f64; 2],
+    has_cross: bool,
     count: u64,
     over_range: bool,
     /// Index that the next gyro sample should have.
@@ -67,7 +70,8 @@ impl Averager {
             begin: 0,
             end: per_output,
             sum_rad_s: 0.0,
-            cross_sums_rad_s: None,
+            cross_sums_rad_s: [0.0; 2],
+            has_cross: false,
             count: 0,
             over_range: false,
             expected: 0,
@@ -174,8 +178,9 @@ impl Groups {
             self.count += 1;
             self.over_range |= measured.over_range;
             if let Some([x_rad_s, y_rad_s]) = measured.cross_rates_rad_s {
-                let [sum_x, sum_y] = self.cross_sums_rad_s.unwrap_or_default();
-                self.cross_sums_rad_s = Some([sum_x + x_rad_s, sum_y + y_rad_s]);
+                let [sum_x, sum_y] = self.cross_sums_rad_s;
+                self.cross_sums_rad_s = [sum_x + x_rad_s, sum_y + y_rad_s];
+                self.has_cross = true;
             }
         }
         if self.expected == self.end {
@@ -204,16 +209,17 @@ impl Groups {
         let from = if is_gap { begin } else { self.closed };
         let time = times(self.end).max(from);
         self.closed = time;
-        let cross_sums_rad_s = self.cross_sums_rad_s.take();
+        let cross_rates_rad_s = self.cross_sums_rad_s.map(|sum| sum / self.count as f64);
         sink(&RateSample {
             from,
             time,
             rate_rad_s: self.mean_rad_s(),
-            cross_rates_rad_s: cross_sums_rad_s.map(|sums| sums.map(|sum| sum / self.count as f64)),
+            cross_rates_rad_s: self.has_cross.then_some(cross_rates_rad_s),
             over_range: self.over_range,
             lost_before: self.lost,
         });
         self.sum_rad_s = 0.0;
+        (self.cross_sums_rad_s, self.has_cross) = ([0.0; 2], false);
         self.count = 0;
         self.over_range = false;
         self.lost = 0;

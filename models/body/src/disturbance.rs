@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use struna_kernel::{
-    AddressedRandom, Bound, Channel, ParameterError, SampleGrid, Seed, SimTime, TimeError,
+    AddressedRandom, Bound, Channel, GridWalk, ParameterError, SampleGrid, Seed, SimTime, TimeError,
 };
 
 /// Rate of the disturbance grid unless told otherwise, Hz.
@@ -108,7 +108,7 @@ impl Disturbances {
 /// The disturbances of a run in the order of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Timeline {
-    grid: SampleGrid,
+    grid: GridWalk,
     /// Cells matter only when something lives on them.
     noise: Option<Noise>,
     poisson: Option<Poisson>,
@@ -190,6 +190,7 @@ impl Timeline {
         let mut impulses = d.impulses.clone();
         impulses.sort_by_key(|impulse| impulse.time);
         let cells_matter = noise.is_some() || poisson.is_some();
+        let mut grid = GridWalk::new(grid);
         let cell_end = cells_matter.then(|| grid.time_of(1));
         let first = impulses.first().map(|impulse| impulse.time);
         let next_change = earlier(cell_end, first);
@@ -253,7 +254,7 @@ impl Timeline {
         if self.noise.is_none() || to <= from {
             return Vector3::zeros();
         }
-        let mut cell = self.grid.periods_until(from);
+        let mut cell = self.grid.grid().periods_until(from);
         let (mut start, mut sum) = (from, Vector3::zeros());
         while start < to {
             let end = self.grid.time_of(cell + 1).min(to);

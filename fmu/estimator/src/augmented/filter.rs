@@ -380,10 +380,17 @@ impl RateEstimator for AugmentedFilter {
     }
 
     fn status(&self) -> Status {
-        if self.model.is_at_a_bound(&self.state) {
-            return Status::NotObservable;
-        }
-        Status::of_claim(self.belief().covariance.angle_rad2)
+        self.report().1
+    }
+
+    fn report(&self) -> (Belief, Status) {
+        let belief = self.belief();
+        let status = if self.model.is_at_a_bound(&self.state) {
+            Status::NotObservable
+        } else {
+            Status::of_claim(belief.covariance.angle_rad2)
+        };
+        (belief, status)
     }
 
     fn saved_len(&self) -> usize {
