@@ -35,7 +35,7 @@ pub(super) struct Carried<W> {
     /// Fields whose bytes are the other way round than the word's.
     swapped: Box<[Swapped<W>]>,
     /// Fields that have a usable value, floats among them if they are numbers.
-    pub(super) has: u64,
+    has: u64,
     floats: Box<[usize]>,
 }
 
@@ -113,6 +113,9 @@ impl<W: Word> Carried<W> {
             has |= 1 << index;
             if decided.is_some_and(|when| when.field == index) {
                 continue;
+            }
+            if spec.place.byte_bits != 8 {
+                return None;
             }
             let (turns, bias) = turns_and_bias(spec)?;
             let beyond = !spec.place.mask();

@@ -23,6 +23,7 @@ pub(super) struct Check<W> {
     rest: Box<[Tables]>,
 }
 
+/// As many as 32 bits.
 const FOUR: usize = 4;
 /// What each value of each of four bytes adds.
 type Tables = [[u32; 256]; FOUR];
@@ -60,7 +61,7 @@ impl<W: Word> Check<W> {
         let mut sum = of_four(&self.first, word.low_from(self.shift));
         let mut shift = self.shift;
         for tables in &self.rest {
-            shift += 8 * FOUR as u32;
+            shift += u32::BITS;
             sum ^= of_four(tables, word.low_from(shift));
         }
         sum

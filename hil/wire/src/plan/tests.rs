@@ -83,6 +83,83 @@ fn the_last_index_there_is_wraps_as_without_a_plan() {
     assert_eq!(planned, plain);
 }
 
+/// A layout with a counter, and fields as described.
+fn with_fields(counter: &str, fields: &[&str]) -> FrameSpec {
+    let mut text = format!(
+        "[frame]\nname='n'\nprovenance='unverified'\nkind='fixed'\nsync='A5'\nlen=16\n\
+         [frame.check]\nkind='none'\n[frame.seq]\nat=1\nmodulus=1000\nbits=10\n{counter}\n"
+    );
+    for (k, field) in fields.iter().enumerate() {
+        text +=
+            &format!("[[frame.field]]\nname='f{k}'\ncoding='unsigned'\nunit='counts'\n{field}\n");
+    }
+    text += "[line]\nbaud=115200\ndata=8\nparity='none'\nstop=1\n\
+             [timing]\nrate_hz=1.0\nrate_tol=0.0\n";
+    FrameSpec::from_toml(&text).expect(&text)
+}
+
+#[test]
+fn numbers_in_either_order_are_planned_and_one_field_may_decide() {
+    let is_planned =
+        |counter, fields: &[&str]| AnyPlan::of(&with_fields(counter, fields)).is_some();
+    let [big, little] = ["bytes=2\nendian='be'", "bytes=2\nendian='le'"];
+    for counter in [big, little] {
+        let fields = ["at=4\nbits=24\nendian='be'", "at=8\nbits=32\nendian='le'"];
+        assert!(is_planned(counter, &fields));
+    }
+    let decided = |by: usize, at: usize, equals: i64| {
+        format!("at={at}\nbits=8\nwhen={{field='f{by}',equals={equals}}}")
+    };
+    let [first, second] = ["at=4\nbits=8", "at=5\nbits=8"];
+    let by_one = [first, &decided(0, 6, 0), &decided(0, 7, 255)];
+    assert!(is_planned(big, &by_one));
+    let by_two = [first, second, &decided(0, 6, 1), &decided(1, 7, 1)];
+    assert!(!is_planned(big, &by_two));
+    let by_a_long_one = ["at=4\nbytes=2\nbits=9\nendian='be'", &decided(0, 6, 1)];
+    assert!(!is_planned(big, &by_a_long_one));
+}
+
+#[test]
+fn every_kind_of_frame_follows_every_other() {
+    let spec = FrameSpec::from_toml(include_str!("../../../../frames/adis16100.toml")).unwrap();
+    let kinds = [0_i64, 1, 2, 3].map(|channel| {
+        let mut raw = vec![0; 5];
+        raw[0] = channel;
+        raw[usize::try_from(channel).unwrap() + 1] = 700 + channel;
+        raw
+    });
+    let sent: Vec<_> = kinds.iter().flat_map(|a| kinds.iter().flat_map(move |b| [a, b])).collect();
+    let mut encoder = Encoder::new(&spec);
+    let mut bytes = Vec::new();
+    for raw in &sent {
+        encoder.encode(raw, &mut bytes).unwrap();
+    }
+    let (frames, counters) = decode(&spec, &bytes, usize::MAX, true);
+    assert_eq!(frames.iter().map(Frame::raw).collect::<Vec<_>>(), sent);
+    for frame in &frames {
+        let has: Vec<_> = (0..5).filter(|k| frame.has(*k)).collect();
+        assert_eq!(has, [0, usize::try_from(frame.raw()[0]).unwrap() + 1]);
+    }
+    assert_eq!(decode(&spec, &bytes, usize::MAX, false), (frames, counters));
+}
+
+#[test]
+fn the_counter_is_the_index_modulo_its_own_and_starts_again_with_the_index() {
+    let text = include_str!("../../../../frames/vg910d.toml");
+    let spec = FrameSpec::from_toml(&text.replace("modulus = 256", "modulus = 200")).unwrap();
+    for (first, last) in [(0, 450), (150, 450), (u64::MAX - 420, 5)] {
+        let mut encoder = Encoder::starting_at(&spec, first);
+        let mut index = first;
+        while index != last {
+            assert_eq!(encoder.next_index(), index);
+            let mut bytes = Vec::new();
+            encoder.encode(&[0, 0, 0], &mut bytes).unwrap();
+            assert_eq!(u64::from(bytes[2]), index % 200);
+            index = index.wrapping_add(1);
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn a_planned_frame_is_the_frame(
