@@ -97,3 +97,46 @@ fn inverse(f: &Matrix) -> Option<Matrix> {
         _ => IDENTITY[i][j],
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AugmentedConfig, InnovationTest, StartPrior, TestedFilter};
+
+    const STEP_S: f64 = 0.1;
+
+    /// Two samples a gap apart, in a motion of 20 s that dies down by a fifth in 2 s.
+    fn across(gap_s: f64) -> Link {
+        let start = StartPrior { damping_ratio: 0.2, ..StartPrior::released(6.3, 20.0) };
+        let config = AugmentedConfig::quiet(start, 1e-6);
+        let mut filter = TestedFilter::new(&config, &InnovationTest::STANDARD).unwrap();
+        for k in 1..=40 {
+            let time_s = STEP_S * f64::from(k);
+            filter.step(STEP_S, -6.3 * 0.0987 * time_s * libm::exp(-0.2 * time_s)).unwrap();
+        }
+        let from = filter.trace(STEP_S);
+        filter.step(gap_s, 0.0).unwrap();
+        filter.filter().link(&from, &filter.trace(gap_s))
+    }
+
+    /// However far apart the two are: what the later one is expected to be tells nothing new.
+    #[test]
+    fn a_later_state_that_is_as_expected_leaves_the_earlier_one_as_it_was() {
+        for gap_s in [STEP_S, 10.0, 60.0, 100.0, 300.0] {
+            let link = across(gap_s);
+            let is_inverted = inverse(&link.transition).is_some();
+            assert_eq!(is_inverted, gap_s < 70.0, "{gap_s}: 1e-4 is left after 73 s");
+            let (mean, p) = BackwardMap::of(&link).apply(&link.mean_later, &link.covariance_later);
+            for i in 0..5 {
+                let sigma = libm::sqrt(link.covariance[i][i]);
+                // F⁻¹ magnifies a rounding by up to 1e4, in the covariance twice.
+                assert!((mean[i] - link.mean[i]).abs() < 1e-11 * sigma, "{gap_s}, mean {i}");
+                for j in 0..5 {
+                    let unit = sigma * libm::sqrt(link.covariance[j][j]);
+                    let off = (p[i][j] - link.covariance[i][j]) / unit;
+                    assert!(off.abs() < 1e-8, "{gap_s}, covariance {i} {j}: {off}");
+                }
+            }
+        }
+    }
+}

@@ -13,6 +13,7 @@
 mod accuracy;
 mod campaign;
 mod contract;
+mod kicks;
 mod motion;
 mod rest;
 mod rig;
