@@ -10,6 +10,8 @@
 #[expect(dead_code, reason = "the tests use more of it")]
 #[path = "../tests/swing_fit/rig.rs"]
 mod rig;
+#[path = "../tests/shared/swinging.rs"]
+mod swinging;
 
 use rig::{Case, PERIOD_S, Run};
 use struna_estimator::{

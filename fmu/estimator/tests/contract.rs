@@ -2,22 +2,18 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "shared/config.rs"]
+mod shared;
+
 use proptest::prelude::*;
+use shared::CONFIG;
 use struna_estimator::{
     EstimatorError, Filter, FilterConfig, PlainIntegration, RateEstimator, Reading, Refinement,
     RestoreError,
 };
 
 fn config(refinement: Refinement) -> FilterConfig {
-    FilterConfig {
-        angle_start_rad: 6.0,
-        rate_start_rad_s: 0.0,
-        angle_variance_start_rad2: 0.04,
-        rate_variance_start_rad2_s2: 0.01,
-        measurement_variance_rad2_s2: 6e-7,
-        process_noise_rad2_s3: 1e-8,
-        refinement,
-    }
+    FilterConfig { refinement, ..CONFIG }
 }
 
 fn all() -> Vec<(&'static str, Box<dyn RateEstimator>)> {
@@ -235,17 +231,21 @@ fn reading_m1_adds_nothing_before_its_first_estimate_and_then_at_every_update() 
 
 #[test]
 fn a_step_is_a_prediction_and_an_update_or_nothing() {
-    let refinement = Refinement { samples: 7, reading: Reading::M6 };
-    let mut whole = Filter::torsional_oscillation(config(refinement), 480.0).unwrap();
-    let mut parts = whole.clone();
-    for k in 0..50 {
-        let innovation = whole.step(0.01, rate_rad_s(k)).unwrap();
-        parts.predict(0.01).unwrap();
-        assert_eq!(innovation, parts.update(rate_rad_s(k)).unwrap());
+    for reading in Reading::ALL {
+        let refinement = Refinement { samples: 7, reading };
+        let mut whole = Filter::torsional_oscillation(config(refinement), 480.0).unwrap();
+        let mut parts = whole.clone();
+        for k in 0..100 {
+            let innovation = whole.step(0.01, rate_rad_s(k));
+            parts.predict(0.01).unwrap();
+            assert_eq!(innovation, parts.update(rate_rad_s(k)));
+            assert_eq!(saved(&whole), saved(&parts), "{reading:?}, step {k}");
+        }
+        // The prediction alone would have gone through; the measurement takes both back.
+        for (span_s, rate_rad_s) in [(0.01, f64::NAN), (0.01, 1e200), (-0.01, 0.0), (f64::NAN, 0.1)]
+        {
+            assert!(whole.step(span_s, rate_rad_s).is_err(), "{span_s} s, {rate_rad_s} rad/s");
+            assert_eq!(saved(&whole), saved(&parts), "{span_s} s, {rate_rad_s} rad/s");
+        }
     }
-    assert_eq!(saved(&whole), saved(&parts));
-    // The prediction alone would have gone through; the measurement takes both back.
-    assert!(whole.step(0.01, f64::NAN).is_err());
-    assert!(whole.step(-0.01, 0.0).is_err());
-    assert_eq!(saved(&whole), saved(&parts));
 }

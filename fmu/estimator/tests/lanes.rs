@@ -2,20 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "shared/config.rs"]
+mod shared;
+
 use proptest::prelude::*;
+use shared::CONFIG;
 use struna_estimator::{
     Belief, EstimatorError, Filter, FilterConfig, FilterLanes, Motion, RateEstimator, Reading,
     Refinement, TorsionalOscillation,
-};
-
-const CONFIG: FilterConfig = FilterConfig {
-    angle_start_rad: 6.0,
-    rate_start_rad_s: 0.0,
-    angle_variance_start_rad2: 0.04,
-    rate_variance_start_rad2_s2: 0.01,
-    measurement_variance_rad2_s2: 6e-7,
-    process_noise_rad2_s3: 1e-8,
-    refinement: Refinement::OFF,
 };
 
 /// Filters that differ in all they can.

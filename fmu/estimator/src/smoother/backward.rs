@@ -127,16 +127,14 @@ mod tests {
             let is_inverted = inverse(&link.transition).is_some();
             assert_eq!(is_inverted, gap_s < 70.0, "{gap_s}: 1e-4 is left after 73 s");
             let (mean, p) = BackwardMap::of(&link).apply(&link.mean_later, &link.covariance_later);
+            let sigma: Vector = core::array::from_fn(|i| libm::sqrt(link.covariance[i][i]));
+            let off = from_fn(|i, j| (p[i][j] - link.covariance[i][j]) / (sigma[i] * sigma[j]));
+            // F⁻¹ magnifies a rounding by up to 1e4, in the covariance twice.
             for i in 0..5 {
-                let sigma = libm::sqrt(link.covariance[i][i]);
-                // F⁻¹ magnifies a rounding by up to 1e4, in the covariance twice.
-                assert!((mean[i] - link.mean[i]).abs() < 1e-11 * sigma, "{gap_s}, mean {i}");
-                for j in 0..5 {
-                    let unit = sigma * libm::sqrt(link.covariance[j][j]);
-                    let off = (p[i][j] - link.covariance[i][j]) / unit;
-                    assert!(off.abs() < 1e-8, "{gap_s}, covariance {i} {j}: {off}");
-                }
+                let off_sigmas = (mean[i] - link.mean[i]) / sigma[i];
+                assert!(off_sigmas.abs() < 1e-11, "{gap_s} s, mean {i}: {off_sigmas}");
             }
+            assert!(off.iter().flatten().all(|off| off.abs() < 1e-8), "{gap_s} s: {off:?}");
         }
     }
 }

@@ -51,7 +51,7 @@ fn the_sample_that_raises_an_alarm_is_believed_however_large_it_is() {
         tested.step(STEP_S, rate_rad_s).unwrap();
         (
             [bank.alarms(), tested.alarms()],
-            [&bank as &dyn RateEstimator, &tested].map(|e| e.belief()),
+            [&bank as &dyn RateEstimator, &tested].map(RateEstimator::belief),
         )
     };
     for k in 1..=CALM {

@@ -13,5 +13,7 @@ mod fallback;
 mod rig;
 mod sight;
 mod swing;
+#[path = "../shared/swinging.rs"]
+mod swinging;
 mod thread;
 mod torsion;

@@ -1,14 +1,11 @@
 //! A body, a gyro askew on it, what is believed of both, and the trace that an estimator leaves.
 
+use crate::swinging::{self, DAMPING_RATIO, INERTIA_KG_M2};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use struna_body::{
-    Body, BodyParams, Drag, Hysteresis, Impulse, Integrator, Rig, StartState, Torsion,
-    TorsionDamping, TorsionStiffness, TruthMotion, YieldElement, YieldLaw,
-};
+use struna_body::{Hysteresis, Impulse, Integrator, Rig, TruthMotion, YieldElement, YieldLaw};
 use struna_estimator::{
-    AugmentedConfig, InputAxis, LiveConfig, LiveEstimator, RateEstimator, StartPrior, Status,
-    SwingBody, SwingConfig,
+    AugmentedConfig, LiveConfig, LiveEstimator, RateEstimator, StartPrior, Status, SwingConfig,
 };
 use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed, SimTime};
 
@@ -16,11 +13,6 @@ use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed, SimTime};
 pub(crate) const STEP_S: f64 = 0.01;
 /// Variance of a sample, rad²/s²: 2e-3 (°/s)².
 pub(crate) const R_RAD2_S2: f64 = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
-/// Torsion: 2ζΩ with ζ = 0.03.
-const DAMPING_RATIO: f64 = 0.03;
-const MASS_KG: f64 = 1.0;
-const DEPTH_M: f64 = 0.1;
-const INERTIA_KG_M2: [f64; 3] = [0.0100, 0.0105, 0.0100];
 
 /// What a run is.
 #[derive(Debug, Clone, Copy)]
@@ -70,7 +62,7 @@ impl Run {
         let tilt = RAD_PER_DEG.sin();
         let across = [tilt * axis_azimuth.cos(), tilt * axis_azimuth.sin()];
         let axis = Vector3::new(across[0], across[1], RAD_PER_DEG.cos());
-        let start = start(case.swing_deg * RAD_PER_DEG, azimuth, case.ratio);
+        let start = swinging::start(case.swing_deg * RAD_PER_DEG, azimuth, case.ratio);
         let mut motion =
             TruthMotion::new(rig(case), &start, Integrator::Rk4 { step_s: 2e-3 }).unwrap();
         let mut noise = RandomStream::new(Seed(case.seed), Channel::GyroAngleRandomWalk, 0);
@@ -100,53 +92,16 @@ impl Run {
     }
 }
 
-/// One turn of twist at rest, and a swing on an ellipse: the rate across the tilt is `ratio` of
-/// what a circle has.
-fn start(swing_rad: f64, azimuth: f64, ratio: f64) -> StartState {
-    let still = StartState {
-        tilt_rad: swing_rad,
-        tilt_azimuth_rad: azimuth,
-        twist_rad: TAU,
-        ..StartState::AT_REST
-    };
-    let e = still.attitude().inverse_transform_vector(&Vector3::z());
-    let frequency = (MASS_KG * 9.81 * DEPTH_M / 0.01025_f64).sqrt();
-    let (p, q) = (ratio * frequency * e.x, ratio * frequency * e.y);
-    // The twist starts at rest: its rate is r + (e₁p + e₂q)/(1 + e₃).
-    let r = -(e.x * p + e.y * q) / (1.0 + e.z);
-    StartState { omega_wb_b_rad_s: [p, q, r], ..still }
-}
-
-/// Torque of the air per rate, N·m·s/rad.
-fn air_n_m_s_rad(case: &Case) -> f64 {
-    case.decay_1_s * (INERTIA_KG_M2[0] + INERTIA_KG_M2[1])
-}
-
 /// What the thread and the air take from the twist, as one damping ratio.
 fn damping_ratio(case: &Case) -> f64 {
-    let air = 0.5 * air_n_m_s_rad(case) / INERTIA_KG_M2[2] * case.torsion_s / TAU;
+    let air =
+        0.5 * swinging::air_n_m_s_rad(case.decay_1_s) / INERTIA_KG_M2[2] * case.torsion_s / TAU;
     DAMPING_RATIO.max(air)
 }
 
 fn rig(case: &Case) -> Rig {
-    let omega = TAU / case.torsion_s;
-    let damping = 2.0 * damping_ratio(case) * omega * INERTIA_KG_M2[2] - air_n_m_s_rad(case);
-    let body = Body::new(&BodyParams {
-        mass_kg: MASS_KG,
-        com_depth_m: DEPTH_M,
-        com_offset_m: [0.0; 2],
-        inertia_kg_m2: INERTIA_KG_M2,
-        products_kg_m2: [0.0; 3],
-        gravity_m_s2: 9.81,
-        torsion: Torsion {
-            stiffness: TorsionStiffness::PeriodS(case.torsion_s),
-            damping: TorsionDamping::CoefficientNMSRad(damping.max(0.0)),
-        },
-    })
-    .unwrap();
-    let stiffness_n_m_rad = body.stiffness_n_m_rad();
-    let mut rig = Rig::from(body);
-    rig.drag = Drag { rotation_n_m_s_rad: air_n_m_s_rad(case), ..Drag::NONE };
+    let mut rig = swinging::rig(case.torsion_s, damping_ratio(case), case.decay_1_s);
+    let stiffness_n_m_rad = rig.body.stiffness_n_m_rad();
     rig.hysteresis = case.yields_deg.map(|yields_deg| Hysteresis {
         law: YieldLaw::Dahl,
         elements: vec![YieldElement {
@@ -165,16 +120,8 @@ fn rig(case: &Case) -> Rig {
 /// What is believed: a start within 8°, a bias of 0 ± 0.01 °/s, a misalignment known to 0.1° per
 /// axis, moments wrong by 1 % and 0.5 %.
 fn config(case: &Case, across: [f64; 2], normal: &[f64; 6]) -> LiveConfig {
-    let believed = |k: usize| across[k] + 0.1 * RAD_PER_DEG * normal[1 + k];
-    let axis =
-        InputAxis { tilt_b_rad: [believed(0), believed(1)], tilt_sigma_rad: 0.1 * RAD_PER_DEG };
-    let body = SwingBody {
-        mass_kg: MASS_KG,
-        com_depth_m: DEPTH_M,
-        inertia_kg_m2: [0.0101, 0.010_447_5, 0.0100],
-        gravity_m_s2: 9.81,
-        swing_damping_1_s: case.decay_1_s,
-    };
+    let axis = swinging::believed_axis(across, [normal[1], normal[2]]);
+    let body = swinging::believed_body(case.decay_1_s);
     let ratio = damping_ratio(case);
     let start = StartPrior {
         angle_rad: TAU + 8.0 * RAD_PER_DEG * normal[3],

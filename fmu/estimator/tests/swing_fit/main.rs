@@ -13,3 +13,5 @@ mod kicks;
 mod pieces;
 mod refusals;
 mod rig;
+#[path = "../shared/swinging.rs"]
+mod swinging;

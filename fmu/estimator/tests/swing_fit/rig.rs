@@ -1,25 +1,16 @@
 //! A body that swings while it turns, and a gyro askew on it: the truth and what is believed of it.
 
+use crate::swinging::{self, DAMPING_RATIO, INERTIA_KG_M2};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use struna_body::{
-    Body, BodyParams, Drag, Impulse, Integrator, Rig, StartState, Torsion, TorsionDamping,
-    TorsionStiffness, TruthMotion,
-};
-use struna_estimator::{
-    AcceptedFit, InputAxis, MotionState, StartPrior, SwingBody, SwingConfig, SwingFit,
-};
+use struna_body::{Impulse, Integrator, Rig, TruthMotion};
+use struna_estimator::{AcceptedFit, MotionState, StartPrior, SwingConfig, SwingFit};
 use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed, SimTime};
 
 /// Sample period, s.
 pub(crate) const PERIOD_S: f64 = 0.01;
 /// Variance of a sample, rad²/s²: 2e-3 (°/s)².
 pub(crate) const NOISE_RAD2_S2: f64 = 2e-3 * RAD_PER_DEG * RAD_PER_DEG;
-/// Torsion: 2ζΩ with ζ = 0.03.
-const DAMPING_RATIO: f64 = 0.03;
-const MASS_KG: f64 = 1.0;
-const DEPTH_M: f64 = 0.1;
-const INERTIA_KG_M2: [f64; 3] = [0.0100, 0.0105, 0.0100];
 /// Decay of the swing, 1/s, a part of the torsion's.
 const DECAY_1_S: f64 = 1e-3;
 
@@ -75,7 +66,7 @@ impl Run {
         let ratio = case.ratio.unwrap_or(2.0 * draws.uniform() - 1.0);
         let normal: [f64; 6] = std::array::from_fn(|_| draws.standard_normal());
         let bias_rad_s = 0.05 * RAD_PER_DEG * normal[0];
-        let start = start(case.swing_deg * RAD_PER_DEG, azimuth, ratio);
+        let start = swinging::start(case.swing_deg * RAD_PER_DEG, azimuth, ratio);
         let tilt = RAD_PER_DEG.sin();
         let across = [tilt * axis_azimuth.cos(), tilt * axis_azimuth.sin()];
         let axis = Vector3::new(across[0], across[1], RAD_PER_DEG.cos());
@@ -136,45 +127,8 @@ pub(crate) struct Error {
     pub(crate) rate_sigmas: f64,
 }
 
-/// One turn of twist, let go with a swing on an ellipse: the rate across the tilt is `ratio` of
-/// what a circle has.
-fn start(swing_rad: f64, azimuth: f64, ratio: f64) -> StartState {
-    let still = StartState {
-        tilt_rad: swing_rad,
-        tilt_azimuth_rad: azimuth,
-        twist_rad: TAU,
-        ..StartState::AT_REST
-    };
-    let e = still.attitude().inverse_transform_vector(&Vector3::z());
-    let frequency = (MASS_KG * 9.81 * DEPTH_M / 0.01025_f64).sqrt();
-    let (p, q) = (ratio * frequency * e.x, ratio * frequency * e.y);
-    // The twist starts at rest: its rate is r + (e₁p + e₂q)/(1 + e₃).
-    let r = -(e.x * p + e.y * q) / (1.0 + e.z);
-    StartState { omega_wb_b_rad_s: [p, q, r], ..still }
-}
-
-fn air_n_m_s_rad(case: &Case) -> f64 {
-    case.decay_scale * DECAY_1_S * (INERTIA_KG_M2[0] + INERTIA_KG_M2[1])
-}
-
 fn rig(case: &Case) -> Rig {
-    let omega = TAU / case.torsion_s;
-    // What the thread damps is what the air leaves of 2ζΩ.
-    let damping = 2.0 * DAMPING_RATIO * omega * INERTIA_KG_M2[2] - air_n_m_s_rad(case);
-    let body = Body::new(&BodyParams {
-        mass_kg: MASS_KG,
-        com_depth_m: DEPTH_M,
-        com_offset_m: [0.0; 2],
-        inertia_kg_m2: INERTIA_KG_M2,
-        products_kg_m2: [0.0; 3],
-        gravity_m_s2: 9.81,
-        torsion: Torsion {
-            stiffness: TorsionStiffness::PeriodS(case.torsion_s),
-            damping: TorsionDamping::CoefficientNMSRad(damping.max(0.0)),
-        },
-    });
-    let mut rig = Rig::from(body.unwrap());
-    rig.drag = Drag { rotation_n_m_s_rad: air_n_m_s_rad(case), ..Drag::NONE };
+    let mut rig = swinging::rig(case.torsion_s, DAMPING_RATIO, case.decay_scale * DECAY_1_S);
     let kick = 0.5 * RAD_PER_DEG;
     rig.disturbances.impulses.extend(case.kick_s.map(|time_s| Impulse {
         time: SimTime::from_s(time_s).unwrap(),
@@ -187,16 +141,8 @@ fn rig(case: &Case) -> Rig {
 /// What is believed: a start within 10°, a bias of 0 ± 0.05 °/s, a misalignment known to 0.1° per
 /// axis, moments wrong by 1 % and 0.5 %.
 fn config(case: &Case, across: [f64; 2], normal: &[f64; 6]) -> SwingConfig {
-    let believed = |k: usize| across[k] + 0.1 * RAD_PER_DEG * normal[1 + k];
-    let axis =
-        InputAxis { tilt_b_rad: [believed(0), believed(1)], tilt_sigma_rad: 0.1 * RAD_PER_DEG };
-    let body = SwingBody {
-        mass_kg: MASS_KG,
-        com_depth_m: DEPTH_M,
-        inertia_kg_m2: [0.0101, 0.0104475, 0.0100],
-        gravity_m_s2: 9.81,
-        swing_damping_1_s: DECAY_1_S,
-    };
+    let axis = swinging::believed_axis(across, [normal[1], normal[2]]);
+    let body = swinging::believed_body(DECAY_1_S);
     let start = StartPrior {
         angle_rad: TAU + 10.0 * RAD_PER_DEG * normal[3],
         angle_sigma_rad: 10.0 * RAD_PER_DEG,
