@@ -324,9 +324,10 @@ fn advance<const N: usize>(
         let angle_rad = predicted_rad + p.cross_rad2_s * inverse * residual;
         let rate_rad_s = predicted_rad_s + p.rate_rad2_s2 * inverse * residual;
         let integral_rad = before.integral_rad + z * (before.since_update_s + span_s);
-        let covariances = covariance.angle_rad2 + covariance.cross_rad2_s + covariance.rate_rad2_s2;
+        // The covariance of two numbers is within range where their variances are.
+        let variances = covariance.angle_rad2 + covariance.rate_rad2_s2 + variance;
         let means = (predicted_rad + predicted_rad_s) + (angle_rad + rate_rad_s);
-        let judged = covariances + variance + (means + integral_rad);
+        let judged = variances + (means + integral_rad);
         sound &= judged.is_finite() & (variance > 0.0);
         let belief = Belief { angle_rad, rate_rad_s, covariance };
         to.put(lane, &Unrefined { belief, since_update_s: 0.0, integral_rad });

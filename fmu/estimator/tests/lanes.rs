@@ -158,6 +158,55 @@ fn sums_that_overflow_are_refused_as_single_filters_refuse_them() {
     }
 }
 
+/// Every filter integrates the rate; one that believes nothing of the gyro shows that alone.
+#[test]
+fn an_integral_that_overflows_is_refused_as_single_filters_refuse_it() {
+    let deaf = FilterConfig {
+        rate_variance_start_rad2_s2: 1e-300,
+        measurement_variance_rad2_s2: 1.0,
+        process_noise_rad2_s3: 0.0,
+        ..CONFIG
+    };
+    let singles: [_; 2] = [CONFIG, deaf].map(|config| Filter::permanent_rotation(config).unwrap());
+    // 1e300 rad/s for 1e9 s, in the step itself and since a measurement long ago.
+    for (before_s, span_s) in [(0.0, 1e9), (1e9, 0.01)] {
+        let (mut singles, mut lanes) =
+            (singles.clone(), FilterLanes::new(singles.clone()).unwrap());
+        // The constants of the span are there when it matters.
+        assert_eq!(step_both(&mut lanes, &mut singles, span_s, [0.0; 2]), [None; 2]);
+        lanes.predict(before_s).unwrap();
+        singles.iter_mut().for_each(|single| single.predict(before_s).unwrap());
+        let refused = step_both(&mut lanes, &mut singles, span_s, [0.0, 1e300]);
+        assert_eq!(refused, [None, Some(EstimatorError::Overflow)], "{before_s} s, {span_s} s");
+    }
+}
+
+/// An oscillator known to have no rate has none again after half a period: what is left of its
+/// variance is rounding, of either sign, and far more than the noise of the gyro.
+#[test]
+fn a_variance_rounded_below_zero_is_refused_as_single_filters_refuse_it() {
+    let still = FilterConfig {
+        rate_variance_start_rad2_s2: 0.0,
+        measurement_variance_rad2_s2: 1e-300,
+        process_noise_rad2_s3: 0.0,
+        ..CONFIG
+    };
+    let mut refusals = 0;
+    for part in 1..100 {
+        let start = Filter::torsional_oscillation(still, 2.0).unwrap();
+        let (mut singles, mut lanes) = ([start.clone()], FilterLanes::new([start]).unwrap());
+        let part_s = f64::from(part) / 100.0;
+        lanes.predict(part_s).unwrap();
+        singles[0].predict(part_s).unwrap();
+        let [refused] = step_both(&mut lanes, &mut singles, 1.0 - part_s, [0.0]);
+        if let Some(error) = refused {
+            assert!(matches!(error, EstimatorError::SingularInnovation { .. }), "{error}");
+            refusals += 1;
+        }
+    }
+    assert!(refusals > 10, "{refusals} of 99");
+}
+
 #[test]
 fn a_filter_that_refines_is_no_lane() {
     let refinement = Refinement { samples: 7, reading: Reading::M6 };

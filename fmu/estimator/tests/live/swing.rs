@@ -1,8 +1,8 @@
 //! The body swings: a bound, then the filter that follows it, then back.
 
-use crate::rig::{Case, Run, Trace};
-use struna_estimator::Status;
-use struna_kernel::RAD_PER_DEG;
+use crate::rig::{Case, R_RAD2_S2, Run, STEP_S, Trace};
+use struna_estimator::{RateEstimator, Status};
+use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed};
 
 /// What any swing must leave: no claim of the filter that follows it is ever beyond six sigma, and
 /// it ends within three; a bound holds.
@@ -61,7 +61,8 @@ fn a_swing_that_dies_away_hands_the_angle_back() {
     // From 1.5°, decaying in 50 s: 0.2° after 100 s.
     let case = Case { swing_deg: 1.5, decay_1_s: 0.02, seconds: 260, seed: 6, ..Case::STILL };
     let run = Run::of(&case);
-    let trace = run.trace(&mut run.estimator());
+    let mut live = run.estimator();
+    let trace = run.trace(&mut live);
     println!("{:?}, {}°", trace.announced(), trace.rms_deg(200));
     claims_hold(&trace);
     assert_eq!(trace.status.last(), Some(&Status::Nominal));
@@ -69,6 +70,39 @@ fn a_swing_that_dies_away_hands_the_angle_back() {
     // Given a good start, the filter of pure torsion has raised no alarm since.
     let back = trace.status.iter().rposition(|status| *status != Status::Nominal).unwrap();
     assert!(back < 20_000, "{back}");
+    // Its clock has gone on meanwhile: a blow now is one at the end of the record.
+    for rate_rad_s in &run.measured_rad_s[25_980..] {
+        live.predict(STEP_S).unwrap();
+        live.update(rate_rad_s + RAD_PER_DEG).unwrap();
+    }
+    let alarm = live.torsion().last_alarm().unwrap();
+    assert!((alarm.time_s - 260.1).abs() < 0.2, "{alarm:?}");
+}
+
+/// A gyro that becomes four times as noisy as it was declared: the filter's innovations tell it
+/// that it does not follow the motion any more.
+#[test]
+fn a_filter_that_no_longer_explains_the_rates_gives_way_to_a_bound() {
+    let mut run = Run::of(&Case { swing_deg: 5.0, ratio: 0.2, seconds: 120, ..Case::STILL });
+    let mut noise = RandomStream::new(Seed(9), Channel::GyroAngleRandomWalk, 0);
+    for rate_rad_s in &mut run.measured_rad_s[10_000..] {
+        *rate_rad_s += 4.0 * R_RAD2_S2.sqrt() * noise.standard_normal();
+    }
+    let trace = run.trace(&mut run.estimator());
+    println!("{:?}", trace.announced());
+    assert!(matches!(trace.status[9_999], Status::Swinging { .. }), "{:?}", trace.status[9_999]);
+    let lost = 10_000
+        + trace.status[10_000..]
+            .iter()
+            .position(|status| matches!(status, Status::Fitting { .. }))
+            .unwrap();
+    // Two blocks of 5 s, the first of which had begun before.
+    assert!(lost < 11_600, "sample {lost}");
+    // What it believed of the twist may be wrong by 11°, and no more than that is claimed.
+    let claimed_deg = trace.sigma_rad[lost] / RAD_PER_DEG;
+    assert!((11.0..13.0).contains(&claimed_deg), "{claimed_deg}°");
+    let (worst, _) = trace.worst_sigmas(|status| matches!(status, Status::Fitting { .. }));
+    assert!(worst < 3.0, "{worst} sigmas of a bound");
 }
 
 #[test]
