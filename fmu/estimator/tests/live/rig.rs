@@ -117,6 +117,12 @@ fn rig(case: &Case) -> Rig {
     rig
 }
 
+/// What the gyro of the run's declared axis reads of the body's rate is cos ε of it.
+pub(crate) fn gain_of(run: &Run) -> f64 {
+    let [x, y] = run.config.swing.unwrap().axis.tilt_b_rad;
+    1.0 / (1.0 - x * x - y * y).sqrt()
+}
+
 /// What is believed: a start within 8°, a bias of 0 ± 0.01 °/s, a misalignment known to 0.1° per
 /// axis, moments wrong by 1 % and 0.5 %.
 fn config(case: &Case, across: [f64; 2], normal: &[f64; 6]) -> LiveConfig {

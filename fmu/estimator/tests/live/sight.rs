@@ -41,6 +41,25 @@ fn a_swing_seen_by_an_axis_that_is_not_calibrated_leaves_no_angle() {
     assert!(live.warnings().any(|warning| warning == LiveWarning::AxisNotCalibrated));
 }
 
+/// With such an axis whatever pure torsion does not explain may be a swing: no angle is claimed
+/// after a blow, and no thread is said to yield.
+#[test]
+fn an_axis_that_is_not_calibrated_leaves_no_angle_when_torsion_does_not_explain_the_rates() {
+    let blurred = |config: &mut LiveConfig| {
+        let swing = config.swing.unwrap();
+        let axis = InputAxis { tilt_sigma_rad: 0.5 * RAD_PER_DEG, ..swing.axis };
+        config.swing = Some(SwingConfig { axis, ..swing });
+    };
+    let struck = Case { blow: Some((60.0, [0.0, 0.0, 1.0])), ..Case::STILL };
+    let (_, _, trace) = shown(&struck, blurred);
+    // Until a quarter of the period after the blow.
+    assert_eq!(trace.announced(), [(0, "nominal"), (60, "unseen"), (90, "nominal")]);
+    let yields = Case { yields_deg: Some(25.0), seconds: 300, torsion_s: 480.0, ..Case::STILL };
+    let (_, _, trace) = shown(&yields, blurred);
+    assert_eq!(trace.first_s("yields"), None, "{:?}", trace.announced());
+    assert!(trace.status[12_000..].iter().all(|status| *status == Status::NotObservable));
+}
+
 #[test]
 fn a_swing_of_a_body_that_nobody_declared_leaves_no_angle() {
     let (_, _, trace) = shown(&SWINGS, |config| config.swing = None);

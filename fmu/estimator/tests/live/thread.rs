@@ -1,7 +1,7 @@
 //! A thread that yields: the filter of pure torsion raises alarm after alarm, and the bank speaks.
 
-use crate::rig::{Case, Run};
-use struna_estimator::Status;
+use crate::rig::{Case, Run, STEP_S, gain_of};
+use struna_estimator::{RateEstimator, Status};
 use struna_kernel::RAD_PER_DEG;
 
 #[test]
@@ -28,6 +28,19 @@ fn a_thread_that_yields_is_told_and_reckoned_with() {
     let (worst, count) = trace.worst_sigmas(|status| matches!(status, Status::ThreadYields { .. }));
     assert!(count > 20_000 && worst < 6.0, "{worst} sigmas in {count} samples");
     assert!(live.torsion().alarms() > 10, "{} alarms", live.torsion().alarms());
+    // It is the bank that speaks: innovations are its own, not those of the filter that listens.
+    let mut listens = live.torsion().clone();
+    listens.predict(STEP_S).unwrap();
+    live.predict(STEP_S).unwrap();
+    let heard = listens.update(gain_of(&run) * 0.01).unwrap();
+    assert_ne!(live.update(0.01).unwrap(), heard);
+    assert_eq!(live.torsion().belief(), listens.belief());
+    // And over range for more than a second it has nothing to say.
+    for _ in 0..102 {
+        live.predict(STEP_S).unwrap();
+        live.update_over_range(4.0).unwrap();
+    }
+    assert_eq!(live.status(), Status::NotObservable);
 }
 
 #[test]

@@ -1,17 +1,11 @@
 //! No swing: the estimator is the tested filter of pure torsion, bit for bit.
 
-use crate::rig::{Case, Run, STEP_S};
+use crate::rig::{Case, Run, STEP_S, gain_of};
 use struna_estimator::{
     AugmentedConfig, InnovationTest, InputAxis, LiveConfig, LiveEstimator, RateEstimator,
     StartPrior, Status, SwingConfig, TestedFilter,
 };
 use struna_kernel::RAD_PER_DEG;
-
-/// What the gyro of the run's declared axis reads of the body's rate is cos ε of it.
-fn gain_of(run: &Run) -> f64 {
-    let [x, y] = run.config.swing.unwrap().axis.tilt_b_rad;
-    1.0 / (1.0 - x * x - y * y).sqrt()
-}
 
 /// Runs both side by side and compares every belief and every innovation.
 fn agrees_throughout(case: &Case) -> Vec<Status> {

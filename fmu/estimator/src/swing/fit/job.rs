@@ -452,3 +452,30 @@ fn refusal(config: &SwingConfig) -> Option<Rejection> {
     let is_askew = tilt_rad > 0.0 && tilt_rad >= ASKEW_SIGMAS * tilt_sigma_rad;
     (!is_askew).then_some(Rejection::NotObservable { tilt_rad, tilt_sigma_rad })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swing::fit::problem::tests::config;
+
+    /// 20 s at 0.1 rad/s above the bias turn the body by 2 rad, and leave it known to 11° less.
+    #[test]
+    fn a_window_that_is_given_up_carries_the_twist_to_the_next_one() {
+        let start = StartPrior { bias_rad_s: 0.01, ..StartPrior::released(6.0, 120.0) };
+        let mut fit = SwingFit::new(&SwingConfig { start, ..config() }, 0.01).unwrap();
+        for sigma_rad in
+            [1, 2].map(|given_up: u8| libm::sqrt(f64::from(given_up)) * RESTART_TWIST_SIGMA_RAD)
+        {
+            (0..2_000 + 128).for_each(|_| fit.push(0.11));
+            let before = fit.start.unwrap_or_else(|| first_start(&fit.config, 0.0));
+            fit.move_on(Rejection::NoMotion);
+            let WindowStart { twist_rad, rate_rad_s } = fit.start.unwrap();
+            // Sums of two thousand numbers.
+            assert!((twist_rad.0 - before.twist_rad.0 - 2.0).abs() < 1e-9, "{twist_rad:?}");
+            assert!((rate_rad_s.0 - 0.1).abs() < 1e-12, "{rate_rad_s:?}");
+            let sigma_rad = libm::hypot(start.angle_sigma_rad, sigma_rad);
+            assert!((twist_rad.1 / sigma_rad - 1.0).abs() < 1e-12, "{twist_rad:?}");
+        }
+        assert_eq!((fit.restarts(), fit.record.given_up()), (2, 4_000));
+    }
+}
