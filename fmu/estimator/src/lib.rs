@@ -44,7 +44,7 @@ mod wide;
 
 pub use augmented::{
     Alarm, AugmentedConfig, AugmentedFilter, GyroRange, InnovationTest, LearntParameters,
-    StartPrior, TestedFilter,
+    Quantiser, StartPrior, TestedFilter,
 };
 pub use config::{ConfigError, FilterConfig};
 pub use covariance::Covariance;
@@ -52,12 +52,10 @@ pub use filter::Filter;
 pub use hysteresis::{DahlFilter, HysteresisBank, LearntYield, MEMBERS, YieldPrior};
 pub use integration::PlainIntegration;
 pub use lanes::{FilterLanes, LaneErrors};
-pub use live::{LiveConfig, LiveEstimator, LiveWarning, Quantiser, SwingFallback, SwingScale};
+pub use live::{LiveConfig, LiveEstimator, LiveWarning, SwingFallback, SwingScale};
 pub use motion::{Motion, PermanentRotation, TorsionalOscillation, Transition};
 pub use refinement::{Reading, Refinement};
-pub use rest::{
-    RestError, half_range_squared, measurement_variance_from_rest, quantiser_variance_factor,
-};
+pub use rest::{RestError, half_range_squared, measurement_variance_from_rest};
 pub use smoother::{
     BatchEstimate, BatchFit, FitRefusal, FixedLag, Kick, LaggedFilter, RateRecord, RateSample,
     SmoothError, Smoothed, Verdict, smooth,

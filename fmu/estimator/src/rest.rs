@@ -99,16 +99,6 @@ pub fn half_range_squared(rates_rad_s: &[f64]) -> Result<f64, RestError> {
     }
 }
 
-/// What to multiply R by for the gyro's quantiser: 10 when its raw noise is below half a step, and
-/// 1 otherwise.
-///
-/// Noise that small does not dither the steps away: what is left is a bias that changes with the
-/// rate, up to LSB/π·exp(−2π²σ²/LSB²), and no filter of ours has a state for that.
-#[must_use]
-pub fn quantiser_variance_factor(raw_sigma_rad_s: f64, step_rad_s: f64) -> f64 {
-    if raw_sigma_rad_s < 0.5 * step_rad_s { 10.0 } else { 1.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,11 +180,5 @@ mod tests {
             let refused = half_range_squared(&[0.0, bad, 1.0]);
             assert_eq!(refused, Err(RestError::NotFinite { index: 1 }), "{bad}");
         }
-    }
-
-    #[test]
-    fn an_under_dithered_quantiser_costs_a_factor_of_ten() {
-        assert_eq!(quantiser_variance_factor(0.08, 0.2439).to_bits(), 10.0_f64.to_bits());
-        assert_eq!(quantiser_variance_factor(0.28, 0.2439).to_bits(), 1.0_f64.to_bits());
     }
 }

@@ -1,5 +1,6 @@
 //! What the five-state filter is told before it starts.
 
+use super::rounding::Rounding;
 use super::state::{Covariance5, Densities, Mean, State};
 use crate::config::{ConfigError, judge, not_negative, positive};
 
@@ -106,8 +107,9 @@ impl StartPrior {
 pub struct AugmentedConfig {
     /// What is believed at the start.
     pub start: StartPrior,
-    /// Variance R of one measured rate, rad²/s². Positive. See
-    /// [`measurement_variance_from_rest`](crate::measurement_variance_from_rest).
+    /// Variance R of one measured rate, rad²/s², rounding included: what
+    /// [`measurement_variance_from_rest`](crate::measurement_variance_from_rest) makes of a record.
+    /// Positive.
     pub measurement_variance_rad2_s2: f64,
     /// Density q of white angular acceleration, rad²/s³. Not negative.
     pub process_noise_rad2_s3: f64,
@@ -119,6 +121,60 @@ pub struct AugmentedConfig {
     pub scale_factor_sigma: f64,
     /// Range of the gyro; none when it cannot clip.
     pub range: Option<GyroRange>,
+    /// How coarsely the gyro counts; none when its counts are fine.
+    pub quantiser: Option<Quantiser>,
+}
+
+/// How coarsely the gyro counts, where that is known: each sample is rounded to the nearest count
+/// by itself, and a measured rate is the mean of some.
+///
+/// A gyro that rounds down is one with half a count less of bias.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantiser {
+    /// One count, rad/s. From 1e-100 to 1e100.
+    pub step_rad_s: f64,
+    /// Standard deviation of the raw samples before they are counted and averaged, rad/s. Not
+    /// negative.
+    pub raw_sigma_rad_s: f64,
+    /// Samples in a measured rate. Positive.
+    pub samples: u32,
+}
+
+impl Quantiser {
+    /// Raw noise over step below which the steps bend the rate.
+    const DITHER_MIN: f64 = 0.5;
+    /// What R is multiplied by then for a filter that knows of no rounding.
+    const UNDER_DITHERED_VARIANCE: f64 = 10.0;
+    /// Steps whose squares are numbers.
+    const STEP_RAD_S: (f64, f64) = (1e-100, 1e100);
+
+    /// Whether the noise is too small to carry the rate across a count: averages are then bent by
+    /// up to step/π·exp(−2π²σ²/step²), which changes with the rate.
+    #[must_use]
+    pub fn is_under_dithered(&self) -> bool {
+        self.raw_sigma_rad_s < Self::DITHER_MIN * self.step_rad_s
+    }
+
+    /// What to multiply R by for a filter that knows of no rounding: 10 for an under-dithered
+    /// quantiser, 1 otherwise.
+    #[must_use]
+    pub fn variance_factor(&self) -> f64 {
+        if self.is_under_dithered() { Self::UNDER_DITHERED_VARIANCE } else { 1.0 }
+    }
+
+    /// Variance of a measured rate whose rounding is white noise of step²/12 a sample, rad²/s².
+    pub(super) fn dithered_variance_rad2_s2(&self) -> f64 {
+        let (sigma, step) = (self.raw_sigma_rad_s, self.step_rad_s);
+        (sigma * sigma + step * step / 12.0) / f64::from(self.samples)
+    }
+
+    fn validate(&self) -> Result<(), ConfigError> {
+        let (least, most) = Self::STEP_RAD_S;
+        let ok = (least..=most).contains(&self.step_rad_s);
+        judge("step_rad_s", self.step_rad_s, ok, "from 1e-100 to 1e100 rad/s")?;
+        not_negative("raw_sigma_rad_s", self.raw_sigma_rad_s)?;
+        judge("samples", f64::from(self.samples), self.samples > 0, "positive")
+    }
 }
 
 /// Where a gyro clips, and how far from there its samples are spoilt.
@@ -171,6 +227,7 @@ impl AugmentedConfig {
             bias_walk_rad2_s3: 1e-12 * DEG * DEG,
             scale_factor_sigma: 0.0,
             range: None,
+            quantiser: None,
         }
     }
 
@@ -184,7 +241,29 @@ impl AugmentedConfig {
         not_negative("process_noise_rad2_s3", self.process_noise_rad2_s3)?;
         not_negative("bias_walk_rad2_s3", self.bias_walk_rad2_s3)?;
         not_negative("scale_factor_sigma", self.scale_factor_sigma)?;
-        self.range.map_or(Ok(()), |range| range.validate())
+        self.range.map_or(Ok(()), |range| range.validate())?;
+        self.quantiser.map_or(Ok(()), |quantiser| quantiser.validate())
+    }
+
+    /// R, and no less than the declared noise and its rounding have, rad²/s².
+    pub(super) fn dithered_variance_rad2_s2(&self) -> f64 {
+        let declared =
+            self.quantiser.map_or(0.0, |quantiser| quantiser.dithered_variance_rad2_s2());
+        self.measurement_variance_rad2_s2.max(declared)
+    }
+
+    /// The quantiser, where an update has to reckon with it.
+    pub(super) fn rounding(&self) -> Option<Rounding> {
+        let coarse = self.quantiser.filter(Quantiser::is_under_dithered)?;
+        Some(Rounding::new(&coarse, self.measurement_variance_rad2_s2))
+    }
+
+    /// The same for a filter that knows of no rounding: its steps are noise there, and what they
+    /// bend the rate by has to be covered by more of it.
+    pub(crate) fn without_quantiser(&self) -> Self {
+        let factor = self.quantiser.map_or(1.0, |quantiser| quantiser.variance_factor());
+        let measurement_variance_rad2_s2 = factor * self.measurement_variance_rad2_s2;
+        Self { measurement_variance_rad2_s2, quantiser: None, ..*self }
     }
 
     pub(super) fn densities(&self) -> Densities {

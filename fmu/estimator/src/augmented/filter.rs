@@ -1,7 +1,8 @@
 //! The five-state filter by itself.
 
 use super::config::AugmentedConfig;
-use super::state::{Densities, State};
+use super::rounding::Rounding;
+use super::state::{Densities, Expectation, State};
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::state_bytes::{Reader, RestoreError, Writer};
@@ -27,8 +28,10 @@ pub struct AugmentedFilter {
 /// All that does not evolve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Model {
-    pub(super) r: f64,
+    r: f64,
     q: Densities,
+    /// The quantiser, where it is not dithered away.
+    rounding: Option<Rounding>,
     scale_factor_variance: f64,
     /// Least expected rate, and least measured rate, that are over range.
     range_edges: (f64, f64),
@@ -69,8 +72,9 @@ impl AugmentedFilter {
         let state = state.judged().map_err(unusable)?;
         let (s, omega) = (state.mean.s, libm::sqrt(state.mean.s));
         let model = Model {
-            r: config.measurement_variance_rad2_s2,
+            r: config.dithered_variance_rad2_s2(),
             q: config.densities(),
+            rounding: config.rounding(),
             scale_factor_variance: config.scale_factor_sigma * config.scale_factor_sigma,
             range_edges: config
                 .range
@@ -183,12 +187,12 @@ impl Model {
         rate_rad_s: f64,
     ) -> Result<(State, Innovation), EstimatorError> {
         check_measurement(rate_rad_s)?;
-        let expected = from.expect(rate_rad_s);
-        let innovation = self.innovation(expected.residual, expected.spread)?;
+        let expected = self.expected(from, rate_rad_s);
+        let innovation = self.innovation_of(&expected)?;
         if self.is_over_range(rate_rad_s, expected.residual) {
             return Ok((*from, innovation));
         }
-        let state = self.bounded(from.updated(&expected, self.r)).judged()?;
+        let state = self.bounded(from.updated(&expected, expected.r)).judged()?;
         Ok((state, innovation))
     }
 
@@ -199,23 +203,23 @@ impl Model {
         rate_rad_s: f64,
     ) -> Result<Innovation, EstimatorError> {
         check_measurement(rate_rad_s)?;
-        let expected = at.expect(rate_rad_s);
-        self.innovation(expected.residual, expected.spread)
+        self.innovation_of(&self.expected(at, rate_rad_s))
+    }
+
+    /// How a measured rate compares with a state.
+    #[inline(always)]
+    pub(super) fn expected(&self, at: &State, rate_rad_s: f64) -> Expectation {
+        let plain = at.expect(rate_rad_s, self.r);
+        match &self.rounding {
+            None => plain,
+            Some(rounding) => rounding.expected(&plain, rate_rad_s),
+        }
     }
 
     /// The innovation, if a gain can be formed of it and a residual be squared.
     #[inline(always)]
-    pub(super) fn innovation(
-        &self,
-        residual_rad_s: f64,
-        spread: f64,
-    ) -> Result<Innovation, EstimatorError> {
-        let variance_rad2_s2 = spread + self.r;
-        if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 <= f64::MAX) {
-            return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
-        }
-        in_range(residual_rad_s * residual_rad_s)?;
-        Ok(Innovation { residual_rad_s, variance_rad2_s2 })
+    pub(super) fn innovation_of(&self, e: &Expectation) -> Result<Innovation, EstimatorError> {
+        innovation(e.residual, e.spread + e.r)
     }
 
     #[inline(always)]
@@ -276,6 +280,15 @@ impl Model {
     }
 }
 
+#[inline(always)]
+fn innovation(residual_rad_s: f64, variance_rad2_s2: f64) -> Result<Innovation, EstimatorError> {
+    if !(variance_rad2_s2 > 0.0 && variance_rad2_s2 <= f64::MAX) {
+        return Err(EstimatorError::SingularInnovation { variance_rad2_s2 });
+    }
+    in_range(residual_rad_s * residual_rad_s)?;
+    Ok(Innovation { residual_rad_s, variance_rad2_s2 })
+}
+
 /// What the filters of threads that yield, and their bank, share with this one.
 impl AugmentedFilter {
     /// The same filter with another belief, (α, ω, s, d, b) and their covariance, whose parameters
@@ -292,14 +305,13 @@ impl AugmentedFilter {
         residual_rad_s: f64,
         spread: f64,
     ) -> Result<Innovation, EstimatorError> {
-        self.model.innovation(residual_rad_s, spread)
+        innovation(residual_rad_s, spread + self.model.r)
     }
 
     /// How a measured rate compares with the belief, if a gain can be formed of that.
     #[inline(always)]
     pub(crate) fn judge(&self, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
-        let expected = self.state.expect(rate_rad_s);
-        self.model.innovation(expected.residual, expected.spread)
+        self.model.innovation_of(&self.model.expected(&self.state, rate_rad_s))
     }
 
     /// Takes a rate in with `variance_factor` times R: all of it, or nothing.
@@ -309,8 +321,8 @@ impl AugmentedFilter {
         rate_rad_s: f64,
         variance_factor: f64,
     ) -> Result<(), EstimatorError> {
-        let expected = self.state.expect(rate_rad_s);
-        let state = self.state.updated(&expected, variance_factor * self.model.r);
+        let expected = self.model.expected(&self.state, rate_rad_s);
+        let state = self.state.updated(&expected, variance_factor * expected.r);
         self.state = self.model.bounded(state).judged()?;
         Ok(())
     }

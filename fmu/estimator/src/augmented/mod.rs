@@ -11,6 +11,7 @@ mod config;
 mod filter;
 pub(crate) mod history;
 mod pass;
+mod rounding;
 mod state;
 mod tested;
 pub(crate) mod transition;
@@ -18,7 +19,7 @@ pub(crate) mod watch;
 pub(crate) mod windows;
 
 pub use alarm::Alarm;
-pub use config::{AugmentedConfig, GyroRange, StartPrior};
+pub use config::{AugmentedConfig, GyroRange, Quantiser, StartPrior};
 pub use filter::{AugmentedFilter, LearntParameters};
 pub(crate) use history::WAY_BACK_MAX;
 pub(crate) use pass::{Bounds, Link, Trace};

@@ -129,7 +129,7 @@ impl TestedFilter {
             if let Ok(predicted) = self.filter.model.predicted(&state, sample.span_s) {
                 state = predicted;
             }
-            each(sample.rate_rad_s.map(|rate| state.expect(rate).residual));
+            each(sample.rate_rad_s.map(|rate| self.filter.model.expected(&state, rate).residual));
         }
     }
 }

@@ -70,7 +70,9 @@ pub(crate) struct Expectation {
     /// H·P·Hᵀ, rad²/s².
     pub(crate) spread: f64,
     /// P·Hᵀ.
-    columns: [f64; 5],
+    pub(super) columns: [f64; 5],
+    /// Variance of the measurement's own noise, rad²/s².
+    pub(super) r: f64,
 }
 
 impl State {
@@ -99,15 +101,16 @@ impl State {
         Self { mean: Mean { alpha: alpha_later, rate: rate_later, s, d, bias }, p }
     }
 
-    /// How a measured rate compares with the state, z = ω + b + noise.
+    /// How a measured rate compares with the state, z = ω + b + noise of variance `r`.
     #[inline(always)]
-    pub(crate) fn expect(&self, rate_rad_s: f64) -> Expectation {
+    pub(super) fn expect(&self, rate_rad_s: f64, r: f64) -> Expectation {
         let p = &self.p;
         let columns = [p.aw + p.ab, p.ww + p.wb, p.ws + p.sb, p.wd + p.db, p.wb + p.bb];
         Expectation {
             residual: rate_rad_s - (self.mean.rate + self.mean.bias),
             spread: columns[1] + columns[4],
             columns,
+            r,
         }
     }
 

@@ -135,9 +135,9 @@ impl TestedFilter {
     ) -> Result<Innovation, EstimatorError> {
         check_measurement(rate_rad_s)?;
         let model = &self.filter.model;
-        let expected = predicted.expect(rate_rad_s);
+        let expected = model.expected(predicted, rate_rad_s);
         if model.is_over_range(rate_rad_s, expected.residual) {
-            let innovation = model.innovation(expected.residual, expected.spread)?;
+            let innovation = model.innovation_of(&expected)?;
             self.filter.state = *predicted;
             self.pass_over(span_s);
             return Ok(innovation);
@@ -217,15 +217,15 @@ impl TestedFilter {
     /// A measurement taken in again, with the gate or without.
     fn retaken(&self, from: &State, rate: f64, ungated: bool) -> Result<State, EstimatorError> {
         let model = &self.filter.model;
-        let expected = from.expect(rate);
+        let expected = model.expected(from, rate);
         if model.is_over_range(rate, expected.residual) {
             return Ok(*from);
         }
         if !ungated {
             return Ok(gated_update(model, from, &expected)?.state);
         }
-        model.innovation(expected.residual, expected.spread)?;
-        model.bounded(from.updated(&expected, model.r)).judged()
+        model.innovation_of(&expected)?;
+        model.bounded(from.updated(&expected, expected.r)).judged()
     }
 }
 
@@ -236,9 +236,9 @@ fn gated_update(
     predicted: &State,
     expected: &Expectation,
 ) -> Result<Updated, EstimatorError> {
-    let innovation = model.innovation(expected.residual, expected.spread)?;
+    let innovation = model.innovation_of(expected)?;
     let gated = expected.residual * expected.residual > GATE * GATE * innovation.variance_rad2_s2;
-    let r = if gated { model.r * GATED_VARIANCE } else { model.r };
+    let r = if gated { expected.r * GATED_VARIANCE } else { expected.r };
     let state = model.bounded(predicted.updated(expected, r)).judged()?;
     Ok(Updated { state, innovation, gated })
 }

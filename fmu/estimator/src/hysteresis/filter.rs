@@ -49,7 +49,9 @@ impl DahlFilter {
     /// [`ConfigError`] names the value out of its bound.
     pub fn new(config: &AugmentedConfig, prior: &YieldPrior) -> Result<Self, ConfigError> {
         prior.validate()?;
-        let linear = AugmentedFilter::new(config)?;
+        config.validate()?;
+        let config = config.without_quantiser();
+        let linear = AugmentedFilter::new(&config)?;
         let omega = core::f64::consts::TAU / config.start.period_s;
         let friction = Friction::of(omega, config.process_noise_rad2_s3, config.bias_walk_rad2_s3);
         let state = started(&linear, prior);

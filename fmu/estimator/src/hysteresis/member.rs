@@ -128,10 +128,13 @@ impl Seats {
         config: &AugmentedConfig,
         priors: &[YieldPrior; YIELDING],
     ) -> Result<Self, ConfigError> {
+        // All weigh a rate alike: the members whose threads yield know of no rounding.
+        config.validate()?;
+        let config = config.without_quantiser();
         let [a, b, c, d] = priors;
-        let seat = |prior| DahlFilter::new(config, prior).map(Seat::new);
+        let seat = |prior| DahlFilter::new(&config, prior).map(Seat::new);
         Ok(Self {
-            linear: Seat::new(AugmentedFilter::new(config)?),
+            linear: Seat::new(AugmentedFilter::new(&config)?),
             yielding: [seat(a)?, seat(b)?, seat(c)?, seat(d)?],
         })
     }

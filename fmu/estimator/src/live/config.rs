@@ -1,41 +1,15 @@
 //! What the live estimator is told before it starts.
 
 use super::fallback::SwingScale;
-use crate::config::{ConfigError, judge, not_negative, positive};
-use crate::{AugmentedConfig, GyroRange, InnovationTest, InputAxis, StartPrior, SwingConfig};
+use crate::config::{ConfigError, judge, positive};
+use crate::{
+    AugmentedConfig, GyroRange, InnovationTest, InputAxis, Quantiser, StartPrior, SwingConfig,
+};
 
 /// One degree, rad.
 const DEG: f64 = core::f64::consts::PI / 180.0;
-/// Raw noise over quantiser step below which the quantiser bends the noise into a bias.
-const DITHER_MIN: f64 = 0.5;
-/// What R is multiplied by then.
-const UNDER_DITHERED_VARIANCE: f64 = 10.0;
 /// Samples of half a period, and of what comes on top, that may be kept at most.
 const SAMPLES_MAX: f64 = 1e6;
-
-/// How coarsely the gyro counts, where that is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quantiser {
-    /// One count, rad/s. Positive.
-    pub step_rad_s: f64,
-    /// Standard deviation of the raw samples before they are counted and averaged, rad/s. Not
-    /// negative.
-    pub raw_sigma_rad_s: f64,
-}
-
-impl Quantiser {
-    /// Whether the noise is too small to carry the rate across a count: averages are then biased
-    /// by up to step/π·exp(−2π²σ²/step²), which changes with the rate.
-    #[must_use]
-    pub fn is_under_dithered(&self) -> bool {
-        self.raw_sigma_rad_s < DITHER_MIN * self.step_rad_s
-    }
-
-    fn validate(&self) -> Result<(), ConfigError> {
-        positive("step_rad_s", self.step_rad_s)?;
-        not_negative("raw_sigma_rad_s", self.raw_sigma_rad_s)
-    }
-}
 
 /// Start belief, noise, body and budget of the [`LiveEstimator`](crate::LiveEstimator). SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +20,7 @@ pub struct LiveConfig {
     pub test: InnovationTest,
     /// The body and the gyro's axis on it; none when nobody has declared them, and then a swing
     /// leaves no angle. Start belief, R, bias walk, scale factor and range are taken from
-    /// `torsion`, whatever stands here.
+    /// `torsion`, whatever stands here; R tenfold when the quantiser is under-dithered.
     pub swing: Option<SwingConfig>,
     /// Largest swing that the operator lets happen, rad. It stands for the swing where that cannot
     /// be measured: without a declared body, or with an axis not calibrated. From 0 to 1.5.
@@ -55,8 +29,6 @@ pub struct LiveConfig {
     pub undeclared: SwingScale,
     /// Time from one measurement to the next when none is lost, s. Positive.
     pub sample_period_s: f64,
-    /// The gyro's quantiser, where it is known.
-    pub quantiser: Option<Quantiser>,
     /// Steps of work that a fit may do in each update. A step moves one body and its fourteen
     /// neighbours by one sample, about a microsecond. A fit takes some 10⁵ to 10⁶. Positive.
     pub work_per_sample: u32,
@@ -73,7 +45,6 @@ impl LiveConfig {
             swing_max_rad: 5.0 * DEG,
             undeclared: SwingScale::UNKNOWN,
             sample_period_s,
-            quantiser: None,
             work_per_sample: 400,
         }
     }
@@ -101,13 +72,12 @@ impl LiveConfig {
             f64::from(self.work_per_sample),
             self.work_per_sample > 0,
             "positive",
-        )?;
-        self.quantiser.map_or(Ok(()), |quantiser| quantiser.validate())
+        )
     }
 
-    /// The filter of pure torsion, told of the quantiser and of the rate about the body's axis.
+    /// The filter of pure torsion, told of the rate about the body's axis.
     pub(super) fn torsion(&self) -> AugmentedConfig {
-        about_body(&self.measured(), self.gain())
+        about_body(&self.torsion, self.gain())
     }
 
     /// Rate about the body's axis over the rate that the gyro measures of it, one over the cosine
@@ -119,12 +89,9 @@ impl LiveConfig {
         })
     }
 
-    /// The noise and the start belief of what is measured, told of the quantiser.
+    /// The noise and the start belief of what is measured, for those who know of no rounding.
     pub(super) fn measured(&self) -> AugmentedConfig {
-        let under_dithered = self.quantiser.is_some_and(|quantiser| quantiser.is_under_dithered());
-        let factor = if under_dithered { UNDER_DITHERED_VARIANCE } else { 1.0 };
-        let measurement_variance_rad2_s2 = factor * self.torsion.measurement_variance_rad2_s2;
-        AugmentedConfig { measurement_variance_rad2_s2, ..self.torsion }
+        self.torsion.without_quantiser()
     }
 
     /// The filter of the swinging body, in agreement with that of pure torsion.
@@ -177,6 +144,11 @@ fn about_body(config: &AugmentedConfig, gain: f64) -> AugmentedConfig {
         measurement_variance_rad2_s2: gain2 * config.measurement_variance_rad2_s2,
         bias_walk_rad2_s3: gain2 * config.bias_walk_rad2_s3,
         range,
+        quantiser: config.quantiser.map(|quantiser| Quantiser {
+            step_rad_s: gain * quantiser.step_rad_s,
+            raw_sigma_rad_s: gain * quantiser.raw_sigma_rad_s,
+            ..quantiser
+        }),
         ..*config
     }
 }

@@ -27,7 +27,8 @@ const TAPE_SLACK_S: f64 = 360.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LiveWarning {
-    /// The raw noise is below half a count: R has been multiplied by ten.
+    /// The raw noise is below half a count. The filter of pure torsion reckons with the steps; those
+    /// of a swing or of a thread that yields take R tenfold.
     QuantiserUnderDithered,
     /// A body is declared, but the gyro's axis is not known to a third of its misalignment: a
     /// swing may pass unseen, and when it is seen there is no angle.
@@ -38,7 +39,8 @@ impl core::fmt::Display for LiveWarning {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::QuantiserUnderDithered => {
-                "quantiser under-dithered: noise below half a count, its variance is taken tenfold"
+                "quantiser under-dithered: noise below half a count; in a swing, or when the thread \
+                 yields, its variance is taken tenfold"
             }
             Self::AxisNotCalibrated => {
                 "the gyro's axis is not calibrated: in a swing there will be no angle"
@@ -161,7 +163,7 @@ impl LiveEstimator {
         let samples = libm::ceil(tape_s / config.sample_period_s).clamp(1.0, 1e8);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let tape = Tape::new(samples as usize);
-        let under_dithered = config.quantiser.is_some_and(|q| q.is_under_dithered());
+        let under_dithered = config.torsion.quantiser.is_some_and(|q| q.is_under_dithered());
         let blurred = swing.is_some() && eye.sight() != Sight::Sharp;
         let setup = Setup {
             torsion,

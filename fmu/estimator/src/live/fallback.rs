@@ -79,12 +79,14 @@ impl SwingFallback {
     /// [`ConfigError`] names the value out of its bound.
     pub fn new(config: &AugmentedConfig, scale: SwingScale) -> Result<Self, ConfigError> {
         scale.validate()?;
+        config.validate()?;
+        let config = config.without_quantiser();
         let quiet = Quiet {
             r_rad2_s2: config.measurement_variance_rad2_s2,
             acceleration_rad2_s3: config.process_noise_rad2_s3,
             bias_walk_rad2_s3: config.bias_walk_rad2_s3,
         };
-        let filter = AugmentedFilter::new(config)?;
+        let filter = AugmentedFilter::new(&config)?;
         Ok(Self { filter, scale, quiet, swing_rad: 0.0, rate_variance_rad2_s2: 0.0 })
     }
 

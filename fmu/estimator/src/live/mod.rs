@@ -12,6 +12,6 @@ mod saved;
 mod switch;
 mod tape;
 
-pub use config::{LiveConfig, Quantiser};
+pub use config::LiveConfig;
 pub use estimator::{LiveEstimator, LiveWarning};
 pub use fallback::{SwingFallback, SwingScale};

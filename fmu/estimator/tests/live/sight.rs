@@ -114,25 +114,29 @@ fn a_swing_that_clips_is_neither_followed_nor_claimed() {
 
 #[test]
 fn an_under_dithered_quantiser_is_warned_of_and_reckoned_with() {
-    let coarse = Quantiser { step_rad_s: 4e-3, raw_sigma_rad_s: 1.3e-3 };
+    let coarse = Quantiser { step_rad_s: 4e-3, raw_sigma_rad_s: 1.3e-3, samples: 1 };
     let fine = Quantiser { raw_sigma_rad_s: 2.1e-3, ..coarse };
-    let spread = |quantiser: Quantiser| {
-        let run = Run::of(&Case { seconds: 20, ..Case::STILL });
-        let config = LiveConfig { quantiser: Some(quantiser), ..run.config };
+    let run = Run::of(&Case { seconds: 20, ..Case::STILL });
+    // What the first rate comes to, and what is warned of.
+    let first = |quantiser: Quantiser, bias_rad_s: f64| {
+        let mut config = run.config;
+        config.torsion.quantiser = Some(quantiser);
+        config.torsion.start.bias_rad_s = bias_rad_s;
+        config.torsion.start.bias_sigma_rad_s = 1e-6;
         let mut live = LiveEstimator::new(&config).unwrap();
         live.predict(STEP_S).unwrap();
         let innovation = live.update(0.0).unwrap();
-        (innovation.variance_rad2_s2, live.warnings().collect::<Vec<_>>())
+        (innovation, live.warnings().collect::<Vec<_>>())
     };
-    let (fine_rad2_s2, none) = spread(fine);
-    let (coarse_rad2_s2, warned) = spread(coarse);
+    let (of_fine, none) = first(fine, 1e-3);
+    let (of_coarse, warned) = first(coarse, 1e-3);
     assert_eq!(
         (none.as_slice(), warned.as_slice()),
         ([].as_slice(), [LiveWarning::QuantiserUnderDithered].as_slice(),)
     );
-    // S = H·P·Hᵀ + R: nine more R, to the rounding of the sums, of the rate about the body's axis.
-    let declared = Run::of(&Case { seconds: 1, ..Case::STILL }).config.swing.unwrap();
-    let [x, y] = declared.axis.tilt_b_rad;
-    let r_rad2_s2 = R_RAD2_S2 / (1.0 - x * x - y * y);
-    assert!(((coarse_rad2_s2 - fine_rad2_s2) / (9.0 * r_rad2_s2) - 1.0).abs() < 1e-9);
+    // A quarter of a count, where the steps bend the rate most: by step/π·exp(−2π²σ²/step²) towards
+    // the count, 1.59e-4 rad/s. What is left of it at σ = 0.525 steps is 5e-6, and not reckoned
+    // with; rate and bias spread by 0.04 steps, which takes 4 % of it.
+    let bent_rad_s = of_coarse.residual_rad_s - of_fine.residual_rad_s;
+    assert!((bent_rad_s / 1.59e-4 - 1.0).abs() < 0.06, "{bent_rad_s}");
 }

@@ -101,9 +101,11 @@ impl BatchFit {
     /// # Errors
     /// [`ConfigError`] names the value out of its bound.
     pub fn new(config: &AugmentedConfig, test: &InnovationTest) -> Result<Self, ConfigError> {
-        AugmentedFilter::new(config)?;
+        config.validate()?;
+        let config = config.without_quantiser();
+        AugmentedFilter::new(&config)?;
         test.validate()?;
-        Ok(Self { config: *config, test: *test })
+        Ok(Self { config, test: *test })
     }
 
     /// Fits a record, with kicks where the tested filter finds them.
