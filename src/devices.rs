@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use struna_estimator::{
     AugmentedConfig, AugmentedFilter, Filter, FilterConfig, HysteresisBank, InnovationTest,
-    LiveConfig, LiveEstimator, PlainIntegration, RateEstimator, SwingConfig, TestedFilter,
+    LiveConfig, LiveEstimator, PlainIntegration, Quantiser, RateEstimator, SwingConfig,
+    TestedFilter,
 };
 use struna_harness::{DeviceUnderTest, FmuDevice, Parameter, ParameterValue};
 
@@ -145,7 +146,7 @@ fn augmented(c: &AugmentedConfig) -> Vec<Parameter> {
     // A range of 0 is none.
     let (limit_rad_s, margin_rad_s) =
         c.range.map_or((0.0, 0.0), |range| (range.limit_rad_s, range.margin_rad_s));
-    vec![
+    let mut parameters = vec![
         float("angle_start_rad", start.angle_rad),
         float("angle_sigma_start_rad", start.angle_sigma_rad),
         float("rate_start_rad_s", start.rate_rad_s),
@@ -162,6 +163,16 @@ fn augmented(c: &AugmentedConfig) -> Vec<Parameter> {
         float("scale_factor_sigma", c.scale_factor_sigma),
         float("gyro_range_rad_s", limit_rad_s),
         float("gyro_range_margin_rad_s", margin_rad_s),
+    ];
+    parameters.extend(c.quantiser.iter().flat_map(quantiser));
+    parameters
+}
+
+fn quantiser(q: &Quantiser) -> [Parameter; 3] {
+    [
+        float("gyro_count_rad_s", q.step_rad_s),
+        float("gyro_raw_sigma_rad_s", q.raw_sigma_rad_s),
+        integer("gyro_samples", q.samples),
     ]
 }
 
@@ -174,15 +185,10 @@ fn tested(test: &InnovationTest) -> [Parameter; 3] {
 }
 
 fn live(c: &LiveConfig) -> Vec<Parameter> {
-    // A count of 0 is none.
-    let (step_rad_s, raw_sigma_rad_s) =
-        c.quantiser.map_or((0.0, 0.0), |q| (q.step_rad_s, q.raw_sigma_rad_s));
     let mut parameters = augmented(&c.torsion);
     parameters.extend(tested(&c.test));
     parameters.extend([
         float("sample_period_s", c.sample_period_s),
-        float("gyro_count_rad_s", step_rad_s),
-        float("gyro_raw_sigma_rad_s", raw_sigma_rad_s),
         float("swing_max_rad", c.swing_max_rad),
         integer("fit_work_per_sample", c.work_per_sample),
     ]);

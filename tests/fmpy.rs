@@ -304,7 +304,7 @@ fn parameters_reach_the_filters_of_2008_inside_the_fmu() {
 }
 
 /// What the estimators that learn are told below, and the same for an FMU.
-fn learning() -> (AugmentedConfig, [&'static str; 16]) {
+fn learning() -> (AugmentedConfig, [&'static str; 19]) {
     let config = AugmentedConfig {
         start: StartPrior {
             angle_rad: 0.75,
@@ -323,6 +323,11 @@ fn learning() -> (AugmentedConfig, [&'static str; 16]) {
         bias_walk_rad2_s3: 1e-8,
         scale_factor_sigma: 0.125,
         range: Some(GyroRange { limit_rad_s: 0.1, margin_rad_s: 0.02 }),
+        quantiser: Some(Quantiser {
+            step_rad_s: 0.0009765625,
+            raw_sigma_rad_s: 0.000244140625,
+            samples: 3,
+        }),
     };
     let parameters = [
         "angle_start_rad=0.75",
@@ -341,6 +346,9 @@ fn learning() -> (AugmentedConfig, [&'static str; 16]) {
         "scale_factor_sigma=0.125",
         "gyro_range_rad_s=0.1",
         "gyro_range_margin_rad_s=0.02",
+        "gyro_count_rad_s=0.0009765625",
+        "gyro_raw_sigma_rad_s=0.000244140625",
+        "gyro_samples=3",
     ];
     (config, parameters)
 }
@@ -389,14 +397,11 @@ fn parameters_reach_the_live_estimator_and_its_body_inside_the_fmu() {
         test: EASY,
         swing: Some(swing),
         swing_max_rad: 0.125,
-        quantiser: Some(Quantiser { step_rad_s: 0.0009765625, raw_sigma_rad_s: 0.000244140625 }),
         work_per_sample: 7,
         ..LiveConfig::new(torsion, STEP_S)
     };
     let own = [
         "sample_period_s=0.0078125",
-        "gyro_count_rad_s=0.0009765625",
-        "gyro_raw_sigma_rad_s=0.000244140625",
         "swing_max_rad=0.125",
         "fit_work_per_sample=7",
         "body_mass_kg=2",

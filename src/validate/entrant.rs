@@ -8,7 +8,7 @@ use super::suite::RunId;
 use super::tally::{Schedule, Tally, Truth};
 use super::torsion::{Drawn, Ensemble, R_RAD2_S2, STEP_S};
 use anyhow::Result;
-use struna_estimator::{AugmentedConfig, GyroRange};
+use struna_estimator::{AugmentedConfig, GyroRange, Quantiser};
 
 /// An estimator and what it is told of the gyro besides the ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,8 @@ pub(super) struct Entrant {
     pub(super) scale_factor_sigma: f64,
     /// Where the gyro clips; an estimator that is not told does not get the gyro's flags either.
     pub(super) range: Option<GyroRange>,
+    /// How coarsely the gyro counts.
+    pub(super) quantiser: Option<Quantiser>,
 }
 
 /// Where an estimator's R comes from.
@@ -45,6 +47,7 @@ impl Entrant {
         bias_walk_rad_s_sqrt_s: 0.0,
         scale_factor_sigma: 0.0,
         range: None,
+        quantiser: None,
     };
 
     /// What it is told; `rest_rad2_s2` is the R of the record at rest.
@@ -58,6 +61,7 @@ impl Entrant {
             bias_walk_rad2_s3: told.bias_walk_rad2_s3 + self.bias_walk_rad_s_sqrt_s.powi(2),
             scale_factor_sigma: self.scale_factor_sigma,
             range: self.range,
+            quantiser: self.quantiser,
             ..told
         }
     }

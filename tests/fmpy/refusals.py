@@ -41,6 +41,7 @@ BAD = {
     "sample_period_s": (0.0, "= 0 "),
     "gyro_count_rad_s": (-1.0, "= -1.0 "),
     "gyro_raw_sigma_rad_s": (-1.0, "= -1.0 "),
+    "gyro_samples": (0, "= 0 "),
     "swing_max_rad": (1.625, "= 1.625 "),
     "fit_work_per_sample": (0, "= 0 "),
     "body_mass_kg": (-1.0, "= -1.0 "),

@@ -164,11 +164,12 @@ fn a_declared_body_arrives_in_si() {
                  body_swing_damping_sigma_percent = 20.0\ngravity_m_s2 = 9.8";
     let config = live(&format!("{BODY}\n{lines}"));
     let swing = config.swing.expect("it is declared");
-    let quantiser = config.quantiser.expect("it was given");
+    let quantiser = config.torsion.quantiser.expect("it was given");
     assert_eq!((swing.body.mass_kg, swing.body.com_depth_m), (1.5, 0.2));
     assert_eq!(swing.body.inertia_kg_m2, [0.02, 0.03, 0.04]);
     assert_eq!((swing.body.gravity_m_s2, swing.body.swing_damping_1_s), (9.8, 0.01));
-    assert_eq!(config.work_per_sample, 9);
+    // Three samples of 300 Hz make one.
+    assert_eq!((config.work_per_sample, quantiser.samples), (9, 3));
     for (si, expected) in [
         (swing.axis.tilt_b_rad[0], RAD_PER_DEG.sin()),
         (swing.axis.tilt_b_rad[1], -(0.5 * RAD_PER_DEG).sin()),

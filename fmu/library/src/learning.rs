@@ -1,10 +1,11 @@
 //! What the estimators that learn have in common as FMUs: period, damping and bias with what is
-//! known of them before, the noise, and the gyro's range.
+//! known of them before, the noise, and the gyro's range and counts.
 
 use crate::exported::{ROWS, Starts, first_rows};
 use crate::filter::{MEASUREMENT_VARIANCE_RAD2_S2_START, bad_parameter};
 use struna_estimator::{
-    AugmentedConfig, ConfigError, GyroRange, InnovationTest, LearntParameters, StartPrior,
+    AugmentedConfig, ConfigError, GyroRange, InnovationTest, LearntParameters, Quantiser,
+    StartPrior,
 };
 use struna_fmi_export::{Domain, ModelError, Role, Unit, ValueReference, Values, Variable};
 
@@ -30,10 +31,13 @@ const BIAS_WALK_RAD2_S3: ValueReference = 29;
 const SCALE_FACTOR_SIGMA: ValueReference = 30;
 const GYRO_RANGE_RAD_S: ValueReference = 31;
 const GYRO_RANGE_MARGIN_RAD_S: ValueReference = 32;
-const ALARMS: ValueReference = 33;
-const TEST_FALSE_ALARMS: ValueReference = 34;
-const TEST_HORIZON_SAMPLES: ValueReference = 35;
-const TEST_KICK_FLOOR_RAD_S: ValueReference = 36;
+const GYRO_COUNT_RAD_S: ValueReference = 33;
+const GYRO_RAW_SIGMA_RAD_S: ValueReference = 34;
+const GYRO_SAMPLES: ValueReference = 35;
+const ALARMS: ValueReference = 36;
+const TEST_FALSE_ALARMS: ValueReference = 37;
+const TEST_HORIZON_SAMPLES: ValueReference = 38;
+const TEST_KICK_FLOOR_RAD_S: ValueReference = 39;
 
 /// What the parameters start from: a release on the rig of 2008, in a quiet laboratory.
 const DEFAULT: AugmentedConfig =
@@ -167,19 +171,23 @@ const PRIOR: [Variable; 10] = {
 };
 
 /// Noise and gyro.
-const NOISE: [Variable; 6] = {
+const NOISE: [Variable; 9] = {
     use parameter as p;
     let (rad_s, one, density) = (Unit::RAD_S, Unit::ONE, Unit::RAD2_S3);
     let r = at_least_0(Unit::RAD2_S2, DEFAULT.measurement_variance_rad2_s2);
     let q = at_least_0(density, DEFAULT.process_noise_rad2_s3);
     let walk = at_least_0(density, DEFAULT.bias_walk_rad2_s3);
     let scale = at_least_0(one, DEFAULT.scale_factor_sigma);
-    let r_is = "Variance of one measured rate; greater than 0.";
+    let r_is = "Variance of one measured rate, rounding included; greater than 0.";
     let q_is = "Density of white angular acceleration.";
     let scale_is =
         "Relative standard deviation of the gyro's scale factor; widens what is claimed.";
     let range_is = "Largest rate that the gyro can tell; 0 when it cannot clip.";
     let margin_is = "Width below that range in which rates are not used; less than the range.";
+    let count_is = "One count of the gyro; 0 when it is not known or fine.";
+    let raw_is = "Standard deviation of its raw samples, before they are counted and averaged.";
+    let samples = Domain::int32(1, 1, i32::MAX);
+    let samples_is = "Raw samples in one measured rate.";
     [
         p(MEASUREMENT_VARIANCE_RAD2_S2, "measurement_variance_rad2_s2", r, r_is),
         p(PROCESS_NOISE_RAD2_S3, "process_noise_rad2_s3", q, q_is),
@@ -187,6 +195,9 @@ const NOISE: [Variable; 6] = {
         p(SCALE_FACTOR_SIGMA, "scale_factor_sigma", scale, scale_is),
         p(GYRO_RANGE_RAD_S, "gyro_range_rad_s", at_least_0(rad_s, 0.0), range_is),
         p(GYRO_RANGE_MARGIN_RAD_S, "gyro_range_margin_rad_s", at_least_0(rad_s, 0.0), margin_is),
+        p(GYRO_COUNT_RAD_S, "gyro_count_rad_s", at_least_0(rad_s, 0.0), count_is),
+        p(GYRO_RAW_SIGMA_RAD_S, "gyro_raw_sigma_rad_s", at_least_0(rad_s, 0.0), raw_is),
+        p(GYRO_SAMPLES, "gyro_samples", samples, samples_is),
     ]
 };
 
@@ -260,6 +271,11 @@ pub(crate) fn write_alarms(values: &mut Values, alarms: u64) {
 pub(crate) fn config(values: &Values) -> AugmentedConfig {
     let limit_rad_s = values.float64(GYRO_RANGE_RAD_S);
     let margin_rad_s = values.float64(GYRO_RANGE_MARGIN_RAD_S);
+    let step_rad_s = values.float64(GYRO_COUNT_RAD_S);
+    let raw_sigma_rad_s = values.float64(GYRO_RAW_SIGMA_RAD_S);
+    // The variable's bounds leave no negative one; if any came, it would be refused as none.
+    let samples = u32::try_from(values.int32(GYRO_SAMPLES)).unwrap_or(0);
+    let quantiser = Quantiser { step_rad_s, raw_sigma_rad_s, samples };
     AugmentedConfig {
         start: StartPrior {
             angle_rad: values.float64(ANGLE_START_RAD),
@@ -278,6 +294,7 @@ pub(crate) fn config(values: &Values) -> AugmentedConfig {
         bias_walk_rad2_s3: values.float64(BIAS_WALK_RAD2_S3),
         scale_factor_sigma: values.float64(SCALE_FACTOR_SIGMA),
         range: (limit_rad_s > 0.0).then_some(GyroRange { limit_rad_s, margin_rad_s }),
+        quantiser: (step_rad_s > 0.0).then_some(quantiser),
     }
 }
 
@@ -306,6 +323,9 @@ pub(crate) fn bad(error: ConfigError) -> ModelError {
         "bias_sigma_rad_s" => "bias_sigma_start_rad_s",
         "limit_rad_s" => "gyro_range_rad_s",
         "margin_rad_s" => "gyro_range_margin_rad_s",
+        "step_rad_s" => "gyro_count_rad_s",
+        "raw_sigma_rad_s" => "gyro_raw_sigma_rad_s",
+        "samples" => "gyro_samples",
         "false_alarms" => "test_false_alarms",
         "horizon_samples" => "test_horizon_samples",
         "kick_floor_rad_s" => "test_kick_floor_rad_s",

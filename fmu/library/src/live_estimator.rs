@@ -8,7 +8,7 @@ use crate::learning::{
     write_alarms, write_learnt,
 };
 use struna_estimator::{
-    ConfigError, InputAxis, LiveConfig, LiveEstimator, Quantiser, RateEstimator, Status, SwingBody,
+    ConfigError, InputAxis, LiveConfig, LiveEstimator, RateEstimator, Status, SwingBody,
     SwingConfig,
 };
 use struna_fmi_export::{
@@ -21,22 +21,20 @@ const YIELD_ANGLE_RAD: ValueReference = SWING_RAD + 1;
 const FIT_COLLECTED_S: ValueReference = SWING_RAD + 2;
 const FIT_NEEDED_S: ValueReference = SWING_RAD + 3;
 const SAMPLE_PERIOD_S: ValueReference = SWING_RAD + 4;
-const GYRO_COUNT_RAD_S: ValueReference = SWING_RAD + 5;
-const GYRO_RAW_SIGMA_RAD_S: ValueReference = SWING_RAD + 6;
-const SWING_MAX_RAD: ValueReference = SWING_RAD + 7;
-const FIT_WORK_PER_SAMPLE: ValueReference = SWING_RAD + 8;
-const BODY_MASS_KG: ValueReference = SWING_RAD + 9;
-const BODY_COM_DEPTH_M: ValueReference = SWING_RAD + 10;
-const BODY_INERTIA_X_KG_M2: ValueReference = SWING_RAD + 11;
-const BODY_INERTIA_Y_KG_M2: ValueReference = SWING_RAD + 12;
-const BODY_INERTIA_Z_KG_M2: ValueReference = SWING_RAD + 13;
-const BODY_INERTIA_SIGMA: ValueReference = SWING_RAD + 14;
-const BODY_SWING_DAMPING_1_S: ValueReference = SWING_RAD + 15;
-const BODY_SWING_DAMPING_SIGMA: ValueReference = SWING_RAD + 16;
-const GRAVITY_M_S2: ValueReference = SWING_RAD + 17;
-const INPUT_AXIS_X_RAD: ValueReference = SWING_RAD + 18;
-const INPUT_AXIS_Y_RAD: ValueReference = SWING_RAD + 19;
-const INPUT_AXIS_SIGMA_RAD: ValueReference = SWING_RAD + 20;
+const SWING_MAX_RAD: ValueReference = SWING_RAD + 5;
+const FIT_WORK_PER_SAMPLE: ValueReference = SWING_RAD + 6;
+const BODY_MASS_KG: ValueReference = SWING_RAD + 7;
+const BODY_COM_DEPTH_M: ValueReference = SWING_RAD + 8;
+const BODY_INERTIA_X_KG_M2: ValueReference = SWING_RAD + 9;
+const BODY_INERTIA_Y_KG_M2: ValueReference = SWING_RAD + 10;
+const BODY_INERTIA_Z_KG_M2: ValueReference = SWING_RAD + 11;
+const BODY_INERTIA_SIGMA: ValueReference = SWING_RAD + 12;
+const BODY_SWING_DAMPING_1_S: ValueReference = SWING_RAD + 13;
+const BODY_SWING_DAMPING_SIGMA: ValueReference = SWING_RAD + 14;
+const GRAVITY_M_S2: ValueReference = SWING_RAD + 15;
+const INPUT_AXIS_X_RAD: ValueReference = SWING_RAD + 16;
+const INPUT_AXIS_Y_RAD: ValueReference = SWING_RAD + 17;
+const INPUT_AXIS_SIGMA_RAD: ValueReference = SWING_RAD + 18;
 
 /// What it shows besides angle, rate and what it has learnt.
 const SHOWN: [Variable; 4] = {
@@ -52,13 +50,11 @@ const SHOWN: [Variable; 4] = {
     ]
 };
 
-/// Gyro and limits.
-const BENCH: [Variable; 5] = {
+/// Pace and limits.
+const BENCH: [Variable; 3] = {
     use parameter as p;
     let period = at_least_0(Unit::S, 0.01);
     let period_is = "Time from one measurement to the next when none is lost.";
-    let count_is = "One count of the gyro; 0 when it is not known.";
-    let raw_is = "Standard deviation of its raw samples, before they are counted and averaged.";
     let swing = Domain::Float64 { unit: Unit::RAD, start: SWING_MAX_START_RAD, min: 0.0, max: 1.5 };
     let swing_is = "Largest swing that may happen; stands for the swing where none is measured.";
     let work = Domain::int32(50, 1, i32::MAX);
@@ -66,8 +62,6 @@ const BENCH: [Variable; 5] = {
         "Steps of work that a fit may do in each measurement, some ten microseconds each.";
     [
         p(SAMPLE_PERIOD_S, "sample_period_s", period, period_is),
-        p(GYRO_COUNT_RAD_S, "gyro_count_rad_s", at_least_0(Unit::RAD_S, 0.0), count_is),
-        p(GYRO_RAW_SIGMA_RAD_S, "gyro_raw_sigma_rad_s", at_least_0(Unit::RAD_S, 0.0), raw_is),
         p(SWING_MAX_RAD, "swing_max_rad", swing, swing_is),
         p(FIT_WORK_PER_SAMPLE, "fit_work_per_sample", work, work_is),
     ]
@@ -172,13 +166,10 @@ impl ExportedEstimator for Live {
 }
 
 fn live_config(values: &Values) -> LiveConfig {
-    let step_rad_s = values.float64(GYRO_COUNT_RAD_S);
-    let raw_sigma_rad_s = values.float64(GYRO_RAW_SIGMA_RAD_S);
     LiveConfig {
         test: test(values),
         swing: (values.float64(BODY_MASS_KG) > 0.0).then(|| swing(values)),
         swing_max_rad: values.float64(SWING_MAX_RAD),
-        quantiser: (step_rad_s > 0.0).then_some(Quantiser { step_rad_s, raw_sigma_rad_s }),
         // The variable's bounds leave no negative one; if any came, it would be refused as none.
         work_per_sample: u32::try_from(values.int32(FIT_WORK_PER_SAMPLE)).unwrap_or(0),
         ..LiveConfig::new(config(values), values.float64(SAMPLE_PERIOD_S))
@@ -221,8 +212,6 @@ fn bad_of_body(error: ConfigError) -> ModelError {
         "tilt_b_rad[0]" => "input_axis_x_rad",
         "tilt_b_rad[1]" => "input_axis_y_rad",
         "tilt_sigma_rad" => "input_axis_sigma_rad",
-        "step_rad_s" => "gyro_count_rad_s",
-        "raw_sigma_rad_s" => "gyro_raw_sigma_rad_s",
         other => other,
     };
     bad(ConfigError { name, ..error })

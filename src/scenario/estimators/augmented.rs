@@ -1,7 +1,7 @@
 //! What the estimators that learn are told: prior, noise, gyro and test.
 
 use super::Sampling;
-use struna_estimator::{AugmentedConfig, GyroRange, InnovationTest, StartPrior};
+use struna_estimator::{AugmentedConfig, GyroRange, InnovationTest, Quantiser, StartPrior};
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table};
 
@@ -34,6 +34,7 @@ pub(super) fn config(table: &Table<'_>, sampling: Sampling) -> Result<AugmentedC
         bias_walk_rad2_s3: numbers.not_negative("bias_walk_deg2_s3", RAD2_PER_DEG2, walk)?,
         scale_factor_sigma: numbers.not_negative("scale_factor_sigma_percent", 0.01, 0.0)?,
         range: range(table, sampling.raw_sigma(sigma_rad_s))?,
+        quantiser: quantiser(table, sigma_rad_s, sampling)?,
         ..quiet
     };
     config.validate().map_err(|error| table.because(error.to_string()))?;
@@ -82,6 +83,26 @@ fn range(table: &Table<'_>, raw_sigma_rad_s: f64) -> Result<Option<GyroRange>> {
         return Err(value.because("the margin leaves nothing of the range; lower it or raise that"));
     }
     Ok(Some(GyroRange { limit_rad_s, margin_rad_s }))
+}
+
+/// One count of the gyro, and the noise of its raw samples: that of the averages, and as much more
+/// as white noise has, without a word about it.
+fn quantiser(table: &Table<'_>, sigma_rad_s: f64, sampling: Sampling) -> Result<Option<Quantiser>> {
+    let raw = table.optional("gyro_raw_sigma_deg_s");
+    let Some(count) = table.optional("gyro_count_deg_s") else {
+        return match raw {
+            Some(raw) => {
+                Err(raw.because("is read with `gyro_count_deg_s`; add that, or remove this"))
+            }
+            None => Ok(None),
+        };
+    };
+    let step_rad_s = count.positive()? * RAD_PER_DEG;
+    let white = sampling.raw_sigma(sigma_rad_s);
+    let raw_sigma_rad_s =
+        Numbers(table).not_negative("gyro_raw_sigma_deg_s", RAD_PER_DEG, white)?;
+    let samples = u32::try_from(sampling.averaging_samples).unwrap_or(u32::MAX);
+    Ok(Some(Quantiser { step_rad_s, raw_sigma_rad_s, samples }))
 }
 
 /// The test of the innovations.

@@ -31,7 +31,7 @@ pub(super) const WORDS: [(&str, KindWord); 8] = [
 const OF_2008: &[KindWord] = &[Integration, Rotation, Torsion];
 const OSCILLATING: &[KindWord] = &[Torsion, Augmented, Tested, Bank, Live, ThreeAxis];
 const LEARNING: &[KindWord] = &[Augmented, Tested, Bank, Live, ThreeAxis];
-/// Those that ask whether the gyro may have clipped without a word.
+/// Those that ask whether the gyro may have clipped without a word, and how coarsely it counts.
 const CLIPPING: &[KindWord] = &[Augmented, Tested, Bank, Live];
 const TESTING: &[KindWord] = &[Tested, Live];
 const SWITCHING: &[KindWord] = &[Live];
@@ -67,8 +67,8 @@ const KEYS: [(&str, &[KindWord]); 39] = [
     ("test_false_alarms", TESTING),
     ("test_horizon_samples", TESTING),
     ("test_kick_floor_deg_s", TESTING),
-    ("gyro_count_deg_s", SWITCHING),
-    ("gyro_raw_sigma_deg_s", SWITCHING),
+    ("gyro_count_deg_s", CLIPPING),
+    ("gyro_raw_sigma_deg_s", CLIPPING),
     ("swing_max_deg", SWITCHING),
     ("fit_work_per_sample", SWITCHING),
     ("body_mass_kg", SWINGING),

@@ -7,7 +7,7 @@
 use super::Sampling;
 use super::augmented::{self, Numbers};
 use struna_estimator::{
-    AugmentedConfig, InputAxis, LiveConfig, Quantiser, StartPrior, SwingBody, SwingConfig,
+    AugmentedConfig, InputAxis, LiveConfig, StartPrior, SwingBody, SwingConfig,
 };
 use struna_kernel::RAD_PER_DEG;
 use struna_settings::{Result, Table, Value};
@@ -43,35 +43,11 @@ pub(super) fn config(table: &Table<'_>, sampling: Sampling) -> Result<LiveConfig
         test: augmented::test(table)?,
         swing,
         swing_max_rad,
-        quantiser: quantiser(table, &torsion, sampling)?,
         work_per_sample,
         ..usual
     };
     config.validate().map_err(|error| table.because(error.to_string()))?;
     Ok(config)
-}
-
-/// One count of the gyro, and the noise of its raw samples: that of the averages, and as much more
-/// as white noise has, without a word about it.
-fn quantiser(
-    table: &Table<'_>,
-    torsion: &AugmentedConfig,
-    sampling: Sampling,
-) -> Result<Option<Quantiser>> {
-    let raw = table.optional("gyro_raw_sigma_deg_s");
-    let Some(count) = table.optional("gyro_count_deg_s") else {
-        return match raw {
-            Some(raw) => {
-                Err(raw.because("is read with `gyro_count_deg_s`; add that, or remove this"))
-            }
-            None => Ok(None),
-        };
-    };
-    let step_rad_s = count.positive()? * RAD_PER_DEG;
-    let white = sampling.raw_sigma(torsion.measurement_variance_rad2_s2.sqrt());
-    let raw_sigma_rad_s =
-        Numbers(table).not_negative("gyro_raw_sigma_deg_s", RAD_PER_DEG, white)?;
-    Ok(Some(Quantiser { step_rad_s, raw_sigma_rad_s }))
 }
 
 /// The body and the gyro on it, as declared.
