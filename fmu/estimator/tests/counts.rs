@@ -8,7 +8,8 @@
 
 use nalgebra::{SMatrix, SVector};
 use struna_estimator::{
-    AugmentedConfig, InnovationTest, Quantiser, RateEstimator, StartPrior, TestedFilter,
+    AugmentedConfig, AugmentedFilter, HysteresisBank, InnovationTest, Quantiser, RateEstimator,
+    StartPrior, TestedFilter,
 };
 use struna_kernel::{Channel, RAD_PER_DEG, RandomStream, Seed};
 
@@ -152,4 +153,78 @@ fn the_claim_holds_however_little_of_the_steps_is_dithered_away() {
 fn one_who_is_not_told_of_the_counts_is_far_too_sure() {
     let not_told = outcome(0.3176, false);
     assert!(not_told.worst_sigmas > 6.0 && not_told.nees > 20.0, "{not_told:?}");
+}
+
+/// A rig of another kind than above, for what needs no motion.
+fn config(quantiser: Option<Quantiser>) -> AugmentedConfig {
+    let start = StartPrior { bias_rad_s: 1e-3, ..StartPrior::released(6.0, PERIOD_S) };
+    AugmentedConfig { quantiser, ..AugmentedConfig::quiet(start, R_RAD2_S2) }
+}
+
+const COARSE: Quantiser = Quantiser { step_rad_s: 4e-3, raw_sigma_rad_s: 1e-3, samples: 2 };
+
+#[test]
+fn dithered_counts_are_no_more_than_noise() {
+    let fine = Quantiser { raw_sigma_rad_s: 0.5 * COARSE.step_rad_s, ..COARSE };
+    let r_rad2_s2 = (fine.raw_sigma_rad_s.powi(2) + fine.step_rad_s.powi(2) / 12.0) / 2.0;
+    let mut told = AugmentedFilter::new(&config(Some(fine))).unwrap();
+    let noise = AugmentedConfig { measurement_variance_rad2_s2: r_rad2_s2, ..config(None) };
+    let mut plain = AugmentedFilter::new(&noise).unwrap();
+    for k in 0..50 {
+        let rate_rad_s = 0.5 * COARSE.step_rad_s * f64::from(k % 3);
+        let pair = [&mut told, &mut plain].map(|filter| filter.step(STEP_S, rate_rad_s).unwrap());
+        assert_eq!(pair[0], pair[1]);
+    }
+    assert_eq!((told.mean(), told.covariance()), (plain.mean(), plain.covariance()));
+    // A record that shows more noise than that is believed.
+    let noisy = AugmentedConfig { quantiser: Some(fine), ..noise };
+    let noisy = AugmentedConfig { measurement_variance_rad2_s2: 2.0 * r_rad2_s2, ..noisy };
+    let of = |config: &AugmentedConfig| {
+        let innovation = AugmentedFilter::new(config).unwrap().step(STEP_S, 0.0).unwrap();
+        innovation.variance_rad2_s2
+    };
+    assert!((of(&noisy) - of(&noise) - r_rad2_s2).abs() < 1e-12 * r_rad2_s2);
+}
+
+#[test]
+fn those_who_know_no_rounding_take_ten_times_the_noise() {
+    let bank = |config: &AugmentedConfig| {
+        let mut bank = HysteresisBank::new(config).unwrap();
+        let innovation = bank.step(STEP_S, 1e-3).unwrap();
+        (innovation, bank.belief())
+    };
+    let tenfold = 10.0 * R_RAD2_S2;
+    let noise = AugmentedConfig { measurement_variance_rad2_s2: tenfold, ..config(None) };
+    assert_eq!(bank(&config(Some(COARSE))), bank(&noise));
+    let fine = Quantiser { raw_sigma_rad_s: 2e-3, ..COARSE };
+    assert_eq!(bank(&config(Some(fine))), bank(&config(None)));
+}
+
+#[test]
+fn impossible_counts_are_refused_and_wild_rates_change_nothing() {
+    for (name, bad) in [
+        ("step_rad_s", Quantiser { step_rad_s: 0.0, ..COARSE }),
+        ("step_rad_s", Quantiser { step_rad_s: f64::NAN, ..COARSE }),
+        ("step_rad_s", Quantiser { step_rad_s: 1e-200, ..COARSE }),
+        ("raw_sigma_rad_s", Quantiser { raw_sigma_rad_s: -1e-3, ..COARSE }),
+        ("raw_sigma_rad_s", Quantiser { raw_sigma_rad_s: f64::INFINITY, ..COARSE }),
+        ("samples", Quantiser { samples: 0, ..COARSE }),
+    ] {
+        let told = config(Some(bad));
+        assert_eq!(AugmentedFilter::new(&told).unwrap_err().name, name);
+        assert_eq!(HysteresisBank::new(&told).unwrap_err().name, name);
+    }
+    for step_rad_s in [1e-100, 1.0, 1e100] {
+        let counts = Quantiser { step_rad_s, raw_sigma_rad_s: 0.0, samples: u32::MAX };
+        let mut filter = AugmentedFilter::new(&config(Some(counts))).unwrap();
+        let before = filter.mean();
+        for rate_rad_s in [f64::NAN, f64::INFINITY, 1e200, -1e308] {
+            assert!(filter.step(STEP_S, rate_rad_s).is_err(), "{rate_rad_s} at {step_rad_s}");
+            assert_eq!(filter.mean(), before);
+        }
+        // A rate that can be squared may be taken in or refused, but leaves numbers.
+        let _ = filter.step(STEP_S, 1e150);
+        let entries = filter.mean().into_iter().chain(filter.covariance().into_iter().flatten());
+        assert!(entries.into_iter().all(f64::is_finite), "at {step_rad_s}");
+    }
 }
