@@ -40,14 +40,16 @@ fn device(plan: &EstimatorPlan, fmu_folder: &Path) -> Result<Box<dyn DeviceUnder
             if let EstimatorKind::ThreeAxisSwing(of_three) = &plan.kind {
                 return Ok(Box::new(ThreeAxisDevice::new(&plan.name, **of_three)?));
             }
-            return Ok(Box::new(InProcess::new(&plan.name, estimator(&plan.kind)?)));
+            let in_process = InProcess::new(&plan.name, estimator(&plan.kind)?);
+            return Ok(Box::new(in_process.telling(plan.kind.rate_of())));
         }
         RunAs::Fmi2 => built(&plan.kind, FmiVersion::Fmi2, fmu_folder)?,
         RunAs::Fmi3 => built(&plan.kind, FmiVersion::Fmi3, fmu_folder)?,
         RunAs::FmuFile(file) => file.clone(),
     };
     let importer = struna_fmi_import::open(&file)?;
-    Ok(Box::new(FmuDevice::new(importer.as_ref(), &plan.name, &parameters(&plan.kind))?))
+    let fmu = FmuDevice::new(importer.as_ref(), &plan.name, &parameters(&plan.kind))?;
+    Ok(Box::new(fmu.telling(plan.kind.rate_of())))
 }
 
 /// The estimator itself, as every bench of this program steps it.

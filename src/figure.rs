@@ -1,7 +1,7 @@
 //! One picture of a run: rates above, angles below; signals left, errors right. Reads the record
 //! and nothing else.
 
-use crate::record::Record;
+use crate::record::{Record, TRUE_BODY_RATE, TRUE_TWIST_RATE};
 use plotters::coord::Shift;
 use plotters::prelude::{
     ChartBuilder, DrawingArea, DrawingAreaErrorKind, DrawingBackend, IntoDrawingArea, LineSeries,
@@ -10,17 +10,22 @@ use plotters::prelude::{
 use plotters::style::{Color, ShapeStyle};
 use std::borrow::Cow;
 use std::ops::Range;
-use struna_kernel::RAD_PER_DEG;
+use struna_kernel::{RAD_PER_DEG, RateOf};
 
 pub(crate) const SIZE_PX: (u32, u32) = (1400, 900);
 /// Height of title and legend together.
 pub(crate) const HEAD_PX: u32 = 74;
+/// Least distance from one entry of the legend to the next.
 const LEGEND_STEP_PX: i32 = 150;
+/// Line of an entry with what is left free about it, and a letter.
+const LEGEND_LINE_PX: i32 = 66;
+const LETTER_PX: i32 = 8;
 pub(crate) const FONT: &str = "sans-serif";
 /// Horizontal resolution of a curve; each step keeps its least and greatest value.
 const BUCKETS: usize = 700;
 const GREY: RGBColor = RGBColor(185, 185, 185);
 const BLACK: RGBColor = RGBColor(0, 0, 0);
+const SLATE: RGBColor = RGBColor(110, 110, 110);
 /// Colours that stay apart for colour-blind readers (Okabe and Ito, 2008).
 const PALETTE: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
@@ -67,7 +72,7 @@ pub fn svg(record: &Record, title: &str) -> Result<String, FigureError> {
         let time_s = record.column("time").unwrap_or_default();
         let truth = angle_truth(record);
         panel(&panels[0], "rate, deg/s", time_s, &rates(record))?;
-        panel(&panels[1], "rate error, deg/s", time_s, &rate_errors(record))?;
+        panel(&panels[1], rate_error_label(record), time_s, &rate_errors(record))?;
         panel(&panels[2], "angle, deg", time_s, &angles(record, truth))?;
         panel(&panels[3], "angle error, deg", time_s, &angle_errors(record, truth))?;
         root.present()?;
@@ -93,25 +98,56 @@ pub(crate) fn estimator_style(k: usize) -> ShapeStyle {
     PALETTE[k % PALETTE.len()].stroke_width(2)
 }
 
+fn twist_style() -> ShapeStyle {
+    SLATE.stroke_width(4)
+}
+
+/// Whether the rate of the estimator called `name` is drawn against that of the twist.
+fn tells_twist(record: &Record, name: &str) -> bool {
+    let truth = record.rate_of(name).and_then(|of| record.true_rate(of));
+    matches!(truth, Some((RateOf::Twist, _)))
+}
+
+/// Whether one of them is, so that there are two true rates in the picture.
+fn has_two_rates(record: &Record) -> bool {
+    record.estimators().any(|name| tells_twist(record, name))
+}
+
+fn rate_error_label(record: &Record) -> &'static str {
+    if has_two_rates(record) {
+        "error of the rate that each tells, deg/s"
+    } else {
+        "rate error, deg/s"
+    }
+}
+
 fn rates(record: &Record) -> Vec<Curve<'_>> {
     let gyro = signal(record, "measured_rate_rad_s", gyro_style());
-    let truth = signal(record, "truth.body_rate_rad_s", truth_style());
-    gyro.into_iter().chain(truth).chain(of_estimators(record, "rate_rad_s")).collect()
+    let body = signal(record, TRUE_BODY_RATE, truth_style());
+    let twist = has_two_rates(record).then(|| signal(record, TRUE_TWIST_RATE, twist_style()));
+    let truth = body.into_iter().chain(twist.flatten());
+    let estimates = of_estimators(record, "rate_rad_s").map(|(_, curve)| curve);
+    gyro.into_iter().chain(truth).chain(estimates).collect()
 }
 
 fn angles<'a>(record: &'a Record, truth: &str) -> Vec<Curve<'a>> {
     let truth = signal(record, truth, truth_style());
-    truth.into_iter().chain(of_estimators(record, "angle_rad")).collect()
+    truth.into_iter().chain(of_estimators(record, "angle_rad").map(|(_, curve)| curve)).collect()
 }
 
 fn rate_errors(record: &Record) -> Vec<Curve<'_>> {
     let gyro = signal(record, "measured_rate_rad_s", gyro_style());
-    let curves = gyro.into_iter().chain(of_estimators(record, "rate_rad_s"));
-    curves.map(|curve| less(curve, record, "truth.body_rate_rad_s")).collect()
+    let gyro = gyro.map(|curve| less(curve, record.column(TRUE_BODY_RATE)));
+    let estimates = of_estimators(record, "rate_rad_s").filter_map(|(name, curve)| {
+        let (_, truth) = record.true_rate(record.rate_of(name)?)?;
+        Some(less(curve, Some(truth)))
+    });
+    gyro.into_iter().chain(estimates).collect()
 }
 
 fn angle_errors<'a>(record: &'a Record, truth: &str) -> Vec<Curve<'a>> {
-    of_estimators(record, "angle_rad").map(|curve| less(curve, record, truth)).collect()
+    let truth = record.column(truth);
+    of_estimators(record, "angle_rad").map(|(_, curve)| less(curve, truth)).collect()
 }
 
 fn signal<'a>(record: &'a Record, column: &str, style: ShapeStyle) -> Option<Curve<'a>> {
@@ -120,19 +156,22 @@ fn signal<'a>(record: &'a Record, column: &str, style: ShapeStyle) -> Option<Cur
 
 /// One quantity of each estimator that has it. Plain integration has no rate of its own, only the
 /// gyro's, which is drawn already.
-fn of_estimators<'a>(record: &'a Record, quantity: &str) -> impl Iterator<Item = Curve<'a>> {
+fn of_estimators<'a>(
+    record: &'a Record,
+    quantity: &str,
+) -> impl Iterator<Item = (&'a str, Curve<'a>)> {
     let is_rate = quantity == "rate_rad_s";
     record.estimators().enumerate().filter_map(move |(k, name)| {
         let column = format!("{name}.{quantity}");
         let curve = signal(record, &column, estimator_style(k))?;
         let is_gyro = record.column("measured_rate_rad_s") == record.column(&column);
-        (!(is_rate && is_gyro)).then_some(curve)
+        (!(is_rate && is_gyro)).then_some((name, curve))
     })
 }
 
-/// The curve less the truth in `column`.
-fn less<'a>(curve: Curve<'a>, record: &Record, column: &str) -> Curve<'a> {
-    let truth = record.column(column).unwrap_or_default();
+/// The curve less the truth; without one, nothing.
+fn less<'a>(curve: Curve<'a>, truth: Option<&[f64]>) -> Curve<'a> {
+    let truth = truth.unwrap_or_default();
     let errors = curve.values.iter().zip(truth).map(|(value, truth)| value - truth).collect();
     Curve { values: Cow::Owned(errors), style: curve.style }
 }
@@ -143,15 +182,33 @@ where
     B: DrawingBackend,
     B::ErrorType: std::error::Error + Send + Sync + 'static,
 {
-    let fixed = [("gyro", gyro_style()), ("truth", truth_style())];
-    let estimators = record.estimators().enumerate().map(|(k, name)| (name, estimator_style(k)));
     let mut x = 28;
-    for (label, style) in fixed.into_iter().chain(estimators) {
+    for (label, style) in entries(record) {
+        let letters = i32::try_from(label.chars().count()).unwrap_or(i32::MAX);
         head.draw(&PathElement::new([(x, 56), (x + 30, 56)], style))?;
-        head.draw(&Text::new(label.to_owned(), (x + 38, 48), (FONT, 16)))?;
-        x += LEGEND_STEP_PX;
+        head.draw(&Text::new(label, (x + 38, 48), (FONT, 16)))?;
+        let step_px = letters.saturating_mul(LETTER_PX).saturating_add(LEGEND_LINE_PX);
+        x = x.saturating_add(step_px.max(LEGEND_STEP_PX));
     }
     Ok(())
+}
+
+/// What stands in the legend. Where there are two true rates, each estimator's says which is its.
+fn entries(record: &Record) -> Vec<(String, ShapeStyle)> {
+    let is_two = has_two_rates(record);
+    let mut all = vec![("gyro".to_owned(), gyro_style())];
+    if is_two {
+        all.push(("truth (rate: body axis)".to_owned(), truth_style()));
+        all.push(("true rate of twist".to_owned(), twist_style()));
+    } else {
+        all.push(("truth".to_owned(), truth_style()));
+    }
+    all.extend(record.estimators().enumerate().map(|(k, name)| {
+        let rate_of = record.rate_of(name).map_or("unknown", RateOf::words);
+        let label = if is_two { format!("{name} (rate: {rate_of})") } else { name.to_owned() };
+        (label, estimator_style(k))
+    }));
+    all
 }
 
 pub(crate) fn panel<B>(
@@ -228,6 +285,7 @@ fn thinned(time_s: &[f64], values_rad: &[f64]) -> Vec<(f64, f64)> {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "differences of small whole numbers are exact")]
 mod tests {
     use super::*;
 
@@ -248,6 +306,38 @@ mod tests {
         assert_eq!(tick(0.1 + 0.2), "0.3");
         assert_eq!(tick(450.0), "450");
         assert_eq!(tick(-1e-9), "0");
+    }
+
+    /// A record of two estimators, one of each rate.
+    fn two_rates(has_twist: bool) -> Record {
+        let twist = has_twist.then_some(TRUE_TWIST_RATE);
+        let of = ["a.angle_rad", "a.rate_rad_s", "a.rate_of"];
+        let more = ["b.angle_rad", "b.rate_rad_s", "b.rate_of"];
+        let names = ["time", TRUE_BODY_RATE].into_iter().chain(twist).chain(of).chain(more);
+        let mut record = Record::with_columns(names.map(str::to_owned));
+        let twist = has_twist.then_some(3.0);
+        let row = [0.0, 1.0].into_iter().chain(twist).chain([0.0, 4.0, 0.0, 0.0, 4.0, 1.0]);
+        record.push(&row.collect::<Vec<_>>());
+        record
+    }
+
+    #[test]
+    fn errors_of_rates_are_drawn_against_the_rate_told_and_the_legend_says_so() {
+        let errors = |record: &Record| -> Vec<f64> {
+            rate_errors(record).iter().map(|curve| curve.values[0]).collect()
+        };
+        let record = two_rates(true);
+        assert_eq!(errors(&record), [3.0, 1.0]);
+        let text = svg(&record, "two").unwrap();
+        for words in ["true rate of twist", "a (rate: body axis)", "b (rate: twist)", "each tells"]
+        {
+            assert!(text.contains(words), "{words}");
+        }
+        // A recording has one true rate, and nothing needs to be told apart.
+        let record = two_rates(false);
+        assert_eq!(errors(&record), [3.0, 3.0]);
+        let text = svg(&record, "one").unwrap();
+        assert!(!text.contains("twist") && text.contains("rate error, deg/s"));
     }
 
     #[test]

@@ -2,20 +2,28 @@
 
 use struna_estimator::RateEstimator;
 use struna_harness::{DeviceError, DeviceFault, DeviceUnderTest};
-use struna_kernel::{AngleEstimate, EstimateStatus, RateSample, SimTime};
+use struna_kernel::{AngleEstimate, EstimateStatus, RateOf, RateSample, SimTime};
 
 /// An estimator in process. Steps exactly as the FMU of the same estimator does, to the last bit.
 pub struct InProcess {
     name: String,
     estimator: Box<dyn RateEstimator>,
     time: SimTime,
+    rate_of: RateOf,
 }
 
 impl InProcess {
-    /// Starts `estimator` at time zero.
+    /// Starts `estimator` at time zero. Its rate is taken for that about the body's axis, unless
+    /// [`telling`](Self::telling) says otherwise.
     #[must_use]
     pub fn new(name: &str, estimator: Box<dyn RateEstimator>) -> Self {
-        Self { name: name.to_owned(), estimator, time: SimTime::ZERO }
+        Self { name: name.to_owned(), estimator, time: SimTime::ZERO, rate_of: RateOf::BodyAxis }
+    }
+
+    /// The same of an estimator whose rate is that of `rate_of`.
+    #[must_use]
+    pub fn telling(self, rate_of: RateOf) -> Self {
+        Self { rate_of, ..self }
     }
 }
 
@@ -57,6 +65,7 @@ impl DeviceUnderTest for InProcess {
             rate_sigma_rad_s: belief.covariance.rate_rad2_s2.sqrt(),
             nis: innovation.nis(),
             status: EstimateStatus::from_code(status.code()),
+            rate_of: self.rate_of,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The record of a run: named columns over time. Score and figure read nothing else.
 
 use std::io::{self, Write};
-use struna_kernel::{AngleEstimate, RateSample};
+use struna_kernel::{AngleEstimate, RateOf, RateSample};
 
 /// Columns of equal length; the first is `time`, s. Names carry units.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -55,6 +55,32 @@ impl Record {
         self.columns.iter().filter_map(|column| column.name.strip_suffix(".angle_rad"))
     }
 
+    /// What the rate of the estimator called `name` is the rate of; none where the record says
+    /// what this program does not know.
+    ///
+    /// A record without that column was judged by the rate about the body's axis, and is.
+    #[must_use]
+    pub fn rate_of(&self, name: &str) -> Option<RateOf> {
+        let first = self.column(&format!("{name}.{RATE_OF}")).and_then(<[f64]>::first);
+        let Some(number) = first else { return Some(RateOf::BodyAxis) };
+        [RateOf::BodyAxis, RateOf::Twist]
+            .into_iter()
+            .find(|of| f64::from(of.code()).total_cmp(number).is_eq())
+    }
+
+    /// The true rate that an estimator's is judged by, and which one that is.
+    ///
+    /// A recording knows of no twist: there the body's rate stands for it, as the integral of that
+    /// rate does for the angle.
+    #[must_use]
+    pub fn true_rate(&self, of: RateOf) -> Option<(RateOf, &[f64])> {
+        let body_axis = || Some((RateOf::BodyAxis, self.column(TRUE_BODY_RATE)?));
+        match (of, self.column(TRUE_TWIST_RATE)) {
+            (RateOf::Twist, Some(twist)) => Some((RateOf::Twist, twist)),
+            _ => body_axis(),
+        }
+    }
+
     /// Writes CSV in FMPy's layout: quoted names, `"time"` first, and numbers in the shortest form
     /// that reads back to the same bits.
     ///
@@ -68,6 +94,10 @@ impl Record {
     }
 }
 
+/// True rate about the body's axis relative to the room.
+pub const TRUE_BODY_RATE: &str = "truth.body_rate_rad_s";
+/// True rate of the twist of the string.
+pub const TRUE_TWIST_RATE: &str = "truth.twist_rate_rad_s";
 /// What every record holds of a sample.
 const MEASURED_SIGNALS: [&str; 4] = ["time", "measured_rate_rad_s", "over_range", "lost_before"];
 /// And what it holds besides when the line carries three rates.
@@ -89,14 +119,17 @@ pub fn measured_values(of: &RateSample, has_cross: bool) -> impl Iterator<Item =
 }
 
 /// Names of the signals that each estimator has in a record.
-pub const ESTIMATOR_SIGNALS: [&str; 6] =
-    ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s", "nis", "status"];
+pub const ESTIMATOR_SIGNALS: [&str; 7] =
+    ["angle_rad", "rate_rad_s", "angle_sigma_rad", "rate_sigma_rad_s", "nis", "status", RATE_OF];
+/// The signal that says which rate an estimator tells.
+const RATE_OF: &str = "rate_of";
 
 /// The values of these signals.
 #[must_use]
 pub fn estimator_values(of: &AngleEstimate) -> [f64; ESTIMATOR_SIGNALS.len()] {
-    let status = f64::from(of.status.code());
-    [of.angle_rad, of.rate_rad_s, of.angle_sigma_rad, of.rate_sigma_rad_s, of.nis, status]
+    let AngleEstimate { angle_rad, rate_rad_s, angle_sigma_rad, rate_sigma_rad_s, nis, .. } = *of;
+    let codes = [of.status.code(), of.rate_of.code()].map(f64::from);
+    [angle_rad, rate_rad_s, angle_sigma_rad, rate_sigma_rad_s, nis, codes[0], codes[1]]
 }
 
 /// The first line of a record.

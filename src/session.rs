@@ -3,7 +3,8 @@
 pub use crate::devices::devices;
 
 use crate::record::{
-    ESTIMATOR_SIGNALS, Record, estimator_values, measured_signals, measured_values,
+    ESTIMATOR_SIGNALS, Record, TRUE_BODY_RATE, TRUE_TWIST_RATE, estimator_values, measured_signals,
+    measured_values,
 };
 use crate::recording;
 use crate::scenario::{Scenario, Source};
@@ -137,11 +138,11 @@ impl<'a> Recorder<'a> {
         };
         let has_cross = cross_rate_fields(&scenario.frame).is_some();
         let mut names = measured_signals(has_cross);
-        let truth = ["input_rate_rad_s", "body_rate_rad_s", "body_rate_integral_rad"];
-        names.extend(truth.map(|signal| format!("truth.{signal}")));
+        let truth = ["truth.input_rate_rad_s", TRUE_BODY_RATE, "truth.body_rate_integral_rad"];
+        names.extend(truth.map(str::to_owned));
         if backend.is_some() {
-            let truth = ["twist_rad", "twist_rate_rad_s", "by_rapier"];
-            names.extend(truth.map(|signal| format!("truth.{signal}")));
+            let truth = ["truth.twist_rad", TRUE_TWIST_RATE, "truth.by_rapier"];
+            names.extend(truth.map(str::to_owned));
         }
         for plan in &scenario.estimators {
             for signal in ESTIMATOR_SIGNALS {

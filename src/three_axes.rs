@@ -5,7 +5,7 @@ use struna_estimator::{
     ConfigError, EstimatorError, Innovation, InputAxis, StartPrior, SwingConfig, ThreeAxisFilter,
 };
 use struna_harness::{DeviceError, DeviceFault, DeviceUnderTest};
-use struna_kernel::{AngleEstimate, EstimateStatus, RAD_PER_DEG, RateSample, SimTime};
+use struna_kernel::{AngleEstimate, EstimateStatus, RAD_PER_DEG, RateOf, RateSample, SimTime};
 
 /// What is known of the angle of a body that was lost: nothing within half a turn, rad.
 const LOST_ANGLE_SIGMA_RAD: f64 = core::f64::consts::PI;
@@ -112,6 +112,7 @@ impl DeviceUnderTest for ThreeAxisDevice {
             rate_sigma_rad_s: belief.covariance.rate_rad2_s2.sqrt(),
             nis,
             status: EstimateStatus::from_code(ahead.status().code()),
+            rate_of: RateOf::Twist,
         })
     }
 }

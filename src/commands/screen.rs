@@ -76,7 +76,7 @@ fn line(status: &Status<'_>) -> String {
 mod tests {
     use super::*;
     use struna_harness::clock::Skew;
-    use struna_kernel::{AngleEstimate, SimTime};
+    use struna_kernel::{AngleEstimate, RateOf, SimTime};
 
     #[test]
     fn the_line_tells_time_rate_angles_frames_and_skew() {
@@ -89,6 +89,7 @@ mod tests {
             rate_sigma_rad_s: f64::NAN,
             nis: f64::NAN,
             status,
+            rate_of: RateOf::BodyAxis,
         };
         let names = ["integration".to_owned(), "rotation".to_owned()];
         let status = Status {

@@ -66,18 +66,21 @@ impl Case for SwingCase {
         let mut tallies = self.tallies(id, &rig)?;
         for k in 1..=SAMPLES {
             let sample = rig.sample(k)?;
-            let state = TrueState {
-                angle_rad: sample.twist_rad,
-                rate_rad_s: sample.twist_rate_rad_s,
-                ..rig.parameters()
+            let truth = |rate_rad_s| {
+                let angle_rad = sample.twist_rad;
+                let state = TrueState { angle_rad, rate_rad_s, ..rig.parameters() };
+                Truth { state, settled: true }
             };
-            let truth = Truth { state, settled: true };
+            let (body, twist) = (truth(sample.body_rate_rad_s), truth(sample.twist_rate_rad_s));
             let one = Measured::new(STEP_S, sample.measured_rad_s);
             let [p, q, r] = sample.rates_rad_s;
             let three = Measured { across_rad_s: Some([p, q]), ..Measured::new(STEP_S, r) };
-            let Some((last, others)) = tallies.split_last_mut() else { continue };
-            others.iter_mut().for_each(|tally| tally.step(k, &one, &truth));
-            last.step(k, &three, &truth);
+            let (of_torsion, of_swing) = tallies.split_at_mut(KINDS.len());
+            of_torsion.iter_mut().for_each(|tally| tally.step(k, &one, &body));
+            // These tell the rate of the twist.
+            for (tally, measured) in of_swing.iter_mut().zip([&one, &three]) {
+                tally.step(k, measured, &twist);
+            }
         }
         Ok(tallies.into_iter().map(|tally| tally.finish(STEP_S)).collect())
     }

@@ -71,6 +71,8 @@ pub(super) struct SwingRig {
 pub(super) struct Sample {
     pub(super) twist_rad: f64,
     pub(super) twist_rate_rad_s: f64,
+    /// Rate about the body's axis.
+    pub(super) body_rate_rad_s: f64,
     /// The gyro a little off the axis, rad/s.
     pub(super) measured_rad_s: f64,
     /// Gyros on the body's axes, rad/s.
@@ -149,6 +151,7 @@ impl SwingRig {
         Ok(Sample {
             twist_rad: now.twist_rad,
             twist_rate_rad_s: now.twist_rate_rad_s,
+            body_rate_rad_s: r,
             measured_rad_s: along_rad_s + self.biases_rad_s[2] + noise[2],
             rates_rad_s: std::array::from_fn(|i| omega_rad_s[i] + self.biases_rad_s[i] + noise[i]),
         })

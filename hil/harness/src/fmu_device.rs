@@ -2,7 +2,7 @@
 
 use crate::device::{DeviceError, DeviceUnderTest};
 use struna_fmi_import::{FmuDescription, ImportError, Importer, Instance, Kind, ValueReference};
-use struna_kernel::{AngleEstimate, EstimateStatus, RateSample, SimTime};
+use struna_kernel::{AngleEstimate, EstimateStatus, RateOf, RateSample, SimTime};
 
 /// A parameter to set before the FMU is initialised.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +35,7 @@ pub struct FmuDevice {
     instance: Box<dyn Instance>,
     time: SimTime,
     variables: Variables,
+    rate_of: RateOf,
 }
 
 /// Where the variables are, looked up once.
@@ -94,7 +95,15 @@ impl FmuDevice {
             }
         }
         instance.initialise(SimTime::ZERO.as_s())?;
-        Ok(Self { name: name.to_owned(), instance, time: SimTime::ZERO, variables })
+        let (name, time, rate_of) = (name.to_owned(), SimTime::ZERO, RateOf::BodyAxis);
+        Ok(Self { name, instance, time, variables, rate_of })
+    }
+
+    /// The same FMU, whose rate is that of `rate_of`: an FMU does not say, and its rate is taken
+    /// for that about the body's axis otherwise.
+    #[must_use]
+    pub fn telling(self, rate_of: RateOf) -> Self {
+        Self { rate_of, ..self }
     }
 
     /// Carries the FMU over a stretch without measurement, if there is one before the sample.
@@ -132,6 +141,7 @@ impl FmuDevice {
             rate_sigma_rad_s,
             nis,
             status,
+            rate_of: self.rate_of,
         })
     }
 }

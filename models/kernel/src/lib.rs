@@ -18,7 +18,8 @@ pub use addressed::AddressedRandom;
 pub use bound::{Bound, ParameterError};
 pub use random::{Channel, RandomStream, Seed};
 pub use samples::{
-    AngleEstimate, BodyMotion, Counts, EstimateStatus, GyroReading, RateSample, ReadingFlags,
+    AngleEstimate, BodyMotion, Counts, EstimateStatus, GyroReading, RateOf, RateSample,
+    ReadingFlags,
 };
 pub use time::{GridWalk, SampleGrid, SimTime, TimeError};
 

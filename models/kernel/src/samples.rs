@@ -97,7 +97,7 @@ pub struct AngleEstimate {
     pub time: SimTime,
     /// Angle from equilibrium, rad.
     pub angle_rad: f64,
-    /// Rate, rad/s.
+    /// Rate, rad/s: the one that `rate_of` says.
     pub rate_rad_s: f64,
     /// Standard deviation of the angle that the estimator claims, rad; NaN when it claims none.
     pub angle_sigma_rad: f64,
@@ -108,6 +108,45 @@ pub struct AngleEstimate {
     pub nis: f64,
     /// How far the estimator itself trusts its angle.
     pub status: EstimateStatus,
+    /// What its rate is the rate of: always the same of one estimator.
+    pub rate_of: RateOf,
+}
+
+/// Which of two true rates an estimator tells.
+///
+/// While the body does not swing they are one. Under a swing they differ by what the tilt adds to
+/// the twist: half a degree a second at 5° and 1.5 Hz.
+///
+/// The numbers are part of the record format: never renumber.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RateOf {
+    /// The body, about its own axis z, relative to the room: what a gyro on the axis feels.
+    BodyAxis = 0,
+    /// The twist of the string τ, whose rate is τ′.
+    Twist = 1,
+}
+
+impl RateOf {
+    /// The number in records.
+    #[must_use]
+    pub const fn code(self) -> i32 {
+        self as i32
+    }
+
+    /// The one of that number; none of any other.
+    #[must_use]
+    pub fn from_code(code: i32) -> Option<Self> {
+        [Self::BodyAxis, Self::Twist].into_iter().find(|rate| rate.code() == code)
+    }
+
+    /// In two words, for people and score files.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::BodyAxis => "body axis",
+            Self::Twist => "twist",
+        }
+    }
 }
 
 /// What an estimator says of itself, without the figures that go with it.
@@ -198,6 +237,15 @@ mod tests {
         for stranger in [-1, 7, i32::MIN, i32::MAX] {
             assert_eq!(EstimateStatus::from_code(stranger), EstimateStatus::Unknown);
         }
+    }
+
+    #[test]
+    fn a_rate_comes_back_from_its_number_and_no_other_number_is_one() {
+        for (number, rate) in [(0, RateOf::BodyAxis), (1, RateOf::Twist)] {
+            assert_eq!((rate.code(), RateOf::from_code(number)), (number, Some(rate)));
+        }
+        assert_eq!([-1, 2, i32::MAX].map(RateOf::from_code), [None; 3]);
+        assert_ne!(RateOf::BodyAxis.words(), RateOf::Twist.words());
     }
 
     #[test]

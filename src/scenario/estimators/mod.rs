@@ -14,7 +14,7 @@ use struna_estimator::{
     AugmentedConfig, FilterConfig, InnovationTest, LiveConfig, Reading, Refinement,
 };
 use struna_harness::cross_rate_fields;
-use struna_kernel::RAD_PER_DEG;
+use struna_kernel::{RAD_PER_DEG, RateOf};
 use struna_settings::{Result, Table};
 use struna_wire::FrameSpec;
 
@@ -62,6 +62,27 @@ pub enum EstimatorKind {
     Live(Box<LiveConfig>),
     /// Kalman filter of a swinging body watched by gyros about three axes.
     ThreeAxisSwing(Box<ThreeAxisPlan>),
+}
+
+impl EstimatorKind {
+    /// What the rate that it tells is the rate of.
+    ///
+    /// The filters of pure torsion follow what the gyro feels, and that is the rate about the
+    /// body's axis. Those of a swinging body know the tilt and tell the rate of the twist; so does
+    /// the switch, whoever speaks in it, since its fallback counts what the swing winds up as bias
+    /// and its filter of pure torsion speaks only where the two rates are one.
+    #[must_use]
+    pub const fn rate_of(&self) -> RateOf {
+        match self {
+            Self::PlainIntegration(_)
+            | Self::PermanentRotation(_)
+            | Self::TorsionalOscillation { .. }
+            | Self::AugmentedTorsion(_)
+            | Self::TestedTorsion { .. }
+            | Self::HysteresisBank(_) => RateOf::BodyAxis,
+            Self::Live(_) | Self::ThreeAxisSwing(_) => RateOf::Twist,
+        }
+    }
 }
 
 /// How the rates come that estimators are given.
