@@ -53,8 +53,9 @@ fn a_swing_is_followed_from_a_port_and_the_replay_is_the_same_to_the_byte() {
     // The bodies' 5 degrees at 9.8 rad/s turn the cross axes by 49 deg/s, or 0.85 rad/s.
     let widest = |k: usize| rows.iter().map(|row| row[k].abs()).fold(0.0, f64::max);
     assert!((0.6..1.0).contains(&widest(4).max(widest(5))), "{} {}", widest(4), widest(5));
-    // Six signals of the one-rate filter stand before: angle, rate, two deviations, NIS, status.
-    let [angle, sigma, status] = [12, 14, 17].map(|k| rows.last().unwrap()[k]);
+    // Seven signals of the one-rate filter stand before: angle, rate, two deviations, NIS, status
+    // and what the rate is the rate of.
+    let [angle, sigma, status] = [13, 15, 18].map(|k| rows.last().unwrap()[k]);
     // Swinging; or disturbed, which it says for 30 s after the first seconds, in which the clock of
     // the line settles and the motion is only being found.
     assert!([1.0, 3.0].contains(&status), "status {status}");
