@@ -111,9 +111,9 @@ fn outliers_of_any_axis_hardly_count() {
     let [mut struck, mut spared] = [0; 2].map(|_| Watched::new(Scenario::swing(5.0), 2));
     // One sample in a hundred, of one axis after the other, off by 20 sigma or by a thousand.
     let outliers = |k: u32| {
-        let size = if k % 200 == 0 { 20.0 } else { -1000.0 };
+        let size = if k.is_multiple_of(200) { 20.0 } else { -1000.0 };
         // In the first three seconds only the large ones are known for what they are.
-        let is_one = k % 100 == 0 && (k > 300 || size < 0.0);
+        let is_one = k.is_multiple_of(100) && (k > 300 || size < 0.0);
         let hit = |axis| if is_one && (k / 100) % 3 == axis { size } else { 0.0 };
         [0, 1, 2].map(|axis| hit(axis) * sigma_rad_s())
     };
