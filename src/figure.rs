@@ -285,7 +285,6 @@ fn thinned(time_s: &[f64], values_rad: &[f64]) -> Vec<(f64, f64)> {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "differences of small whole numbers are exact")]
 mod tests {
     use super::*;
 
