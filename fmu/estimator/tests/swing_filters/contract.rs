@@ -2,7 +2,7 @@
 //! filter, and no input makes a belief that is no number.
 
 use crate::one_axis::near;
-use crate::rig::{STEP_S, Scenario, Truth, axis};
+use crate::rig::{BODY, STEP_S, Scenario, Truth, axis};
 use proptest::prelude::*;
 use struna_estimator::{
     Belief, ConfigError, EstimatorError, GyroRange, InnovationTest, InputAxis, RateEstimator,
@@ -403,4 +403,41 @@ fn an_outlier_hardly_counts() {
     let off = (struck.belief().angle_rad - spared.belief().angle_rad).abs();
     // A sample of 400 sigma at a weight of 1e-6, over the thousands that tell the angle.
     assert!(off < 0.02 * before, "{off} of {before} rad");
+}
+
+/// A push that swells: three samples weak enough to pass the gate, and with the fourth, which
+/// raises the alarm, the blow: the best that is known of the rate, however large it is.
+#[test]
+fn the_sample_that_raises_an_alarm_is_believed_and_a_kick_is_doubted_once() {
+    let (mut struck, _, _) = running();
+    // A sample so many sigmas beyond what is expected, and its residual.
+    let step = |filter: &mut SwingFilter, sigmas: f64| {
+        let expected = filter.clone().step(STEP_S, 0.0).unwrap();
+        let residual_rad_s = sigmas * expected.variance_rad2_s2.sqrt();
+        filter.step(STEP_S, residual_rad_s - expected.residual_rad_s).unwrap();
+        residual_rad_s
+    };
+    // The windows are clean of what came before.
+    (0..10).for_each(|_| _ = step(&mut struck, 0.0));
+    let mut spared = struck.clone();
+    let before = struck.swing_belief();
+    let residuals_rad_s = [3.5, 3.5, 3.5, 100.0].map(|sigmas| {
+        assert_eq!(struck.alarms(), 0);
+        step(&mut spared, 0.0);
+        step(&mut struck, sigmas)
+    });
+    assert_eq!(struck.alarms(), 1);
+    let change_rad_s = struck.belief().rate_rad_s - spared.belief().rate_rad_s;
+    // The rest is left to what was believed before.
+    assert!((change_rad_s / residuals_rad_s[3] - 1.0).abs() < 0.1, "{change_rad_s} rad/s");
+    // Across the axis, where next to nothing is measured, the doubt is left: twice the mean of the
+    // four, squared, in each rate. The swing turns it into tilt and back.
+    let kick_rad_s = residuals_rad_s.iter().sum::<f64>() / 4.0;
+    let after = struck.swing_belief();
+    let doubt = |i: usize| after.covariance[i][i] - before.covariance[i][i];
+    let frequency2 = BODY.swing_frequency_rad_s().powi(2);
+    let doubt_rad2_s2 = doubt(3) + doubt(4) + frequency2 * (doubt(0) + doubt(1));
+    let share = doubt_rad2_s2 / (2.0 * 4.0 * kick_rad_s * kick_rad_s);
+    // The leak of a rate across tells a few per cent of it.
+    assert!((0.8..1.2).contains(&share), "{share}");
 }
