@@ -85,17 +85,31 @@ impl Rounding {
     /// A linear function of v with the same mean, covariance with v and variance takes the place of
     /// rounding: statistical linearisation. It is exact in these moments for normal v, not only for
     /// a small p.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn expected(&self, plain: &Expectation, rate_rad_s: f64) -> Expectation {
-        let v = (rate_rad_s - plain.residual) * self.counts_per_rad_s;
-        let p = plain.spread.max(0.0) * self.counts_per_rad_s * self.counts_per_rad_s;
-        let Linearised { error, slope, variance } = self.linearised(v, p);
+        // Numbers alone go out of line: a reference would keep `plain` in memory for those who
+        // have no rounding, too.
+        let expected_rad_s = rate_rad_s - plain.residual;
+        let Linearised { error, slope, variance } = self.seen(expected_rad_s, plain.spread);
         Expectation {
-            residual: plain.residual - self.step_rad_s * error,
+            residual: plain.residual - error,
             spread: slope * slope * plain.spread,
             columns: plain.columns.map(|column| slope * column),
-            r: self.step_rad_s * self.step_rad_s * variance + self.other_rad2_s2,
+            r: variance,
+        }
+    }
+
+    /// Error, rad/s, slope and variance, rad²/s², for a rate of this mean and variance.
+    #[cold]
+    #[inline(never)]
+    fn seen(&self, expected_rad_s: f64, spread: f64) -> Linearised {
+        let v = expected_rad_s * self.counts_per_rad_s;
+        let p = spread.max(0.0) * self.counts_per_rad_s * self.counts_per_rad_s;
+        let Linearised { error, slope, variance } = self.linearised(v, p);
+        Linearised {
+            error: self.step_rad_s * error,
+            slope,
+            variance: self.step_rad_s * self.step_rad_s * variance + self.other_rad2_s2,
         }
     }
 
