@@ -26,7 +26,7 @@ pub(super) struct Deciding<W> {
 ///
 /// A raw value is the code with some bits turned, less a bias: that is all that tells two's
 /// complement, plain and offset binary apart. The bits to turn are the same in every frame, and so
-/// are the deciding field's where its value is what makes the kind; it is in none of the lists then.
+/// are the deciding field's where its value is what makes the kind; no list has it then.
 #[derive(Debug, Clone)]
 pub(super) struct Carried<W> {
     /// Bits that are the same in every such frame, and those to turn.
