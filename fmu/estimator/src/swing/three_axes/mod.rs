@@ -11,7 +11,7 @@ use crate::checks::{check_span, in_range};
 use crate::config::{ConfigError, judge};
 use crate::state_bytes::{Reader, RestoreError, Writer};
 use crate::swing::config::SwingConfig;
-use crate::swing::filter::gaussian::{GYRO, Gaussian};
+use crate::swing::filter::gaussian::{GYRO, Gaussian, TWIST};
 use crate::swing::filter::swinging;
 use crate::{Belief, EstimatorError, Innovation, MotionParameters, MotionState, Status};
 use gauge::{BLOCK, Gauge};
@@ -148,16 +148,27 @@ impl ThreeAxisFilter {
         Ok(innovations)
     }
 
-    /// At the start what is far off shows the swing, unless it is further off than any.
+    /// At the start what is far off shows the swing, unless it is further off than any; and what is
+    /// so four times in a row is no outlier.
     fn gate(&self) -> Gate {
-        if self.past.samples() < START { Gate::Wide } else { Gate::Narrow }
+        const IN_A_ROW: usize = 4;
+        // A millionth for the rounding of the sums.
+        let all_clipped = CLIP * IN_A_ROW as f64 - 1e-6;
+        let is_far = |axis| self.past.sum_over(axis, IN_A_ROW).abs() > all_clipped;
+        match self.past.samples() {
+            START.. => Gate::Narrow,
+            _ if self.past.reach() >= IN_A_ROW && (0..3).any(is_far) => Gate::Open,
+            _ => Gate::Wide,
+        }
     }
 
     /// Looks for kicks and for noise, and repairs what they have done.
     fn judge(&mut self, normalised: [f64; 3]) {
-        if self.past.samples() <= START {
-            self.past.reset(&self.state);
+        if self.past.samples() < START {
             return;
+        }
+        if self.past.samples() == START {
+            self.past.reset(&self.state);
         }
         let is_noisy = self.gauge.is_large(normalised);
         if is_noisy {
@@ -207,13 +218,23 @@ impl ThreeAxisFilter {
     }
 
     /// The state now, had the last `back` samples been taken in with R as it is now and a kick of
-    /// so much variance been reckoned with. One that leaves the range of floating point is given
-    /// up; what stands, stands.
+    /// so much variance been reckoned with. Where the model refuses that, the body has been thrown
+    /// about, and nothing is known of its twist within half a turn.
     fn run_again(&mut self, back: usize, kick_rad2_s2: f64) {
-        if let Ok(state) = self.rerun(back as u64, kick_rad2_s2) {
-            self.state = state;
+        match self.rerun(back as u64, kick_rad2_s2) {
+            Ok(state) => self.state = state,
+            Err(_) => self.lose(kick_rad2_s2),
         }
         self.past.reset(&self.state);
+    }
+
+    fn lose(&mut self, kick_rad2_s2: f64) {
+        const HALF_TURN_RAD: f64 = core::f64::consts::PI;
+        let mut lost = self.state;
+        lost.p[TWIST][TWIST] += HALF_TURN_RAD * HALF_TURN_RAD;
+        lost.inflate_rates(kick_rad2_s2);
+        // A kick that leaves the range of floating point leaves the belief.
+        self.state = lost.judged().unwrap_or(self.state);
     }
 
     fn rerun(&self, back: u64, kick_rad2_s2: f64) -> Result<Gaussian, EstimatorError> {
