@@ -1,8 +1,8 @@
 //! The five-state filter behind a gyro whose counts are coarser than its noise.
 //!
-//! A body let go at 360°, T = 480 s ± 1 %, ζ = 0.03 ± 0.01, bias 0.05 deg/s, 480 s; three samples of
-//! 300 Hz, of 0.0775 deg/s each, are rounded to the nearest count and their mean is a measured rate.
-//! Truth is the closed form of damped torsion; nothing of it is the filter's.
+//! A body let go at 360°, T = 480 s ± 1 %, ζ = 0.03 ± 0.01, bias 0.05 deg/s, 480 s; three samples
+//! of 300 Hz, of 0.0775 deg/s each, are rounded to the nearest count and their mean is a measured
+//! rate. Truth is the closed form of damped torsion; nothing of it is the filter's.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 

@@ -109,8 +109,8 @@ pub struct AugmentedConfig {
     pub start: StartPrior,
     /// Variance R of one measured rate, rad²/s², rounding included: what
     /// [`measurement_variance_from_rest`](crate::measurement_variance_from_rest) makes of a record.
-    /// Positive. One who is told of an under-dithered quantiser takes from it only what exceeds
-    /// the declared noise and white rounding, (σ² + step²/12)/samples; any other, no less than that.
+    /// Positive. One who is told of an under-dithered quantiser takes from it only what exceeds the
+    /// declared noise and white rounding, (σ² + step²/12)/samples; any other, no less than that.
     pub measurement_variance_rad2_s2: f64,
     /// Density q of white angular acceleration, rad²/s³. Not negative.
     pub process_noise_rad2_s3: f64,

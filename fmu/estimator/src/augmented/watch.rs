@@ -49,11 +49,6 @@ impl Watch {
         (self.block_sum, self.block_count) = (0.0, 0);
     }
 
-    /// A block of innovations that another watch found too large.
-    pub(crate) fn large_block(&mut self) {
-        self.large_block_s = Some(self.elapsed_s);
-    }
-
     pub(crate) fn over_range(&mut self, span_s: f64) {
         self.elapsed_s += span_s;
         self.over_range_s += span_s;

@@ -27,8 +27,8 @@ const TAPE_SLACK_S: f64 = 360.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LiveWarning {
-    /// The raw noise is below half a count. The filter of pure torsion reckons with the steps; those
-    /// of a swing or of a thread that yields take R tenfold.
+    /// The raw noise is below half a count. The filter of pure torsion reckons with the steps;
+    /// those of a swing or of a thread that yields take R tenfold.
     QuantiserUnderDithered,
     /// A body is declared, but the gyro's axis is not known to a third of its misalignment: a
     /// swing may pass unseen, and when it is seen there is no angle.
@@ -39,8 +39,8 @@ impl core::fmt::Display for LiveWarning {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::QuantiserUnderDithered => {
-                "quantiser under-dithered: noise below half a count; in a swing, or when the thread \
-                 yields, its variance is taken tenfold"
+                "quantiser under-dithered: noise below half a count; in a swing, or when the \
+                 thread yields, its variance is taken tenfold"
             }
             Self::AxisNotCalibrated => {
                 "the gyro's axis is not calibrated: in a swing there will be no angle"

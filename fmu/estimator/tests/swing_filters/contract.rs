@@ -81,7 +81,7 @@ fn predicting_over_zero_seconds_changes_nothing() {
 #[test]
 fn a_step_is_a_prediction_and_an_update() {
     let (mut one, mut three, mut truth) = running();
-    let (mut one_apart, mut three_apart) = (one.clone(), three.clone());
+    let (mut one_apart, mut three_apart) = (one.clone(), three);
     for k in 101..=200 {
         let sample = truth.sample(k);
         let at_once = one.step(STEP_S, sample.measured_rad_s).unwrap();

@@ -9,7 +9,6 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod contract;
-mod disturbed;
 mod one_axis;
 mod rig;
 mod three_axes;
