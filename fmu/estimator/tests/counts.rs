@@ -220,7 +220,7 @@ fn impossible_counts_are_refused_and_wild_rates_change_nothing() {
         let before = filter.mean();
         for rate_rad_s in [f64::NAN, f64::INFINITY, 1e200, -1e308] {
             assert!(filter.step(STEP_S, rate_rad_s).is_err(), "{rate_rad_s} at {step_rad_s}");
-            assert_eq!(filter.mean(), before);
+            assert_eq!(filter.mean().map(f64::to_bits), before.map(f64::to_bits));
         }
         // A rate that can be squared may be taken in or refused, but leaves numbers.
         let _ = filter.step(STEP_S, 1e150);
