@@ -55,11 +55,6 @@ const TABLE_ERRORS: f64 = 3.2;
 const LAWS: [(f64, f64); 5] =
     [(480.0, 2e-3), (480.0, 8e-3), (960.0, 2e-3), (240.0, 2e-3), (120.0, 2e-3)];
 
-/// The law takes an insertion for a new start. But the variance inserted is about R, so the gain
-/// after it is 1/2 and the old estimate counts as one sample more; and an N of some twenty feels
-/// that, where an N of fifty does not.
-const LAW_HOLDS_FROM: f64 = 50.0;
-
 fn law_name((period_s, r_deg2_s2): (f64, f64)) -> String {
     format!("best N: T = {period_s} s, R = {r_deg2_s2} (deg/s)^2")
 }
@@ -155,14 +150,8 @@ fn requirements() -> Vec<Requirement> {
         let (law, name) = (law(of), law_name(of));
         let best = Statistic::BestRefinement("F1", Column::RateRmsDegS);
         let any = Kind::F1(around(law)[0]).name();
-        let requirement = |range| Requirement::new((&name, &any), best, range);
-        all.push(if law >= LAW_HOLDS_FROM {
-            // The law is within 30 % of the best.
-            requirement(law / 1.3..=law / 0.7)
-        } else {
-            // It is not, and errs to the side that it must.
-            requirement(0.0..=law / 1.3).as_control()
-        });
+        // The law is within 30 % of the best.
+        all.push(Requirement::new((&name, &any), best, law / 1.3..=law / 0.7));
     }
     all.extend(findings());
     all
