@@ -225,6 +225,15 @@ impl Form<STATES> for BodyEquations {
         self.pendulum_n_m / self.depth_m
     }
 
+    /// An eighth of the time in which torsion changes. Without a swing the error control would take
+    /// steps longer than the dense output is good for, which it does not watch.
+    fn step_max_s(&self) -> f64 {
+        let [.., per_inertia] = self.inverse_inertia;
+        let stiffness_1_s2 = self.stiffness_n_m_rad * per_inertia;
+        let damping_1_s = self.damping_n_m_s_rad * per_inertia;
+        0.125 / (stiffness_1_s2.sqrt() + damping_1_s)
+    }
+
     #[inline]
     fn motion(&self, time: SimTime, _time_s: f64, y: &[f64; STATES]) -> BodyMotion {
         let [g1, g2, g3, w1, w2, w3, twist_rad, spin_rad, angle_1, angle_2] = *y;
