@@ -165,6 +165,8 @@ fn augmented(c: &AugmentedConfig) -> Vec<Parameter> {
         float("scale_factor_sigma", c.scale_factor_sigma),
         float("gyro_range_rad_s", limit_rad_s),
         float("gyro_range_margin_rad_s", margin_rad_s),
+        // As an estimator in process takes what the averager hands out.
+        boolean("measured_rate_is_mean", true),
     ];
     parameters.extend(c.quantiser.iter().flat_map(quantiser));
     parameters

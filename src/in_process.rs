@@ -47,7 +47,7 @@ impl DeviceUnderTest for InProcess {
                 estimator.predict(sample.span_s())?;
                 estimator.update_over_range(sample.rate_rad_s)
             } else {
-                estimator.step(sample.span_s(), sample.rate_rad_s)
+                estimator.step_mean(sample.span_s(), sample.rate_rad_s)
             }
         };
         let innovation = advance(self.estimator.as_mut()).map_err(|fault| DeviceError {

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use struna::fmu::{FmiVersion, ModelType, find_library, models, package};
 use struna_estimator::{
-    AugmentedConfig, AugmentedFilter, Filter, FilterConfig, GyroRange, HysteresisBank, Innovation,
-    InnovationTest, InputAxis, LearntParameters, LiveConfig, LiveEstimator, Quantiser,
-    RateEstimator, Reading, Refinement, StartPrior, Status, SwingBody, SwingConfig, TestedFilter,
+    AugmentedConfig, AugmentedFilter, EstimatorError, Filter, FilterConfig, GyroRange,
+    HysteresisBank, Innovation, InnovationTest, InputAxis, LearntParameters, LiveConfig,
+    LiveEstimator, Quantiser, RateEstimator, Reading, Refinement, StartPrior, Status, SwingBody,
+    SwingConfig, TestedFilter,
 };
 use struna_kernel::RAD_PER_DEG;
 use tempfile::TempDir;
@@ -210,6 +211,15 @@ fn record<E: RateEstimator, F: std::fmt::Debug>(
     made: Result<E, F>,
     more: impl Fn(&E) -> Vec<f64>,
 ) -> Vec<u8> {
+    record_by(made, more, |estimator, rate_rad_s| estimator.step(STEP_S, rate_rad_s))
+}
+
+/// The same, rates that are valid and within range taken in by `step`.
+fn record_by<E: RateEstimator, F: std::fmt::Debug>(
+    made: Result<E, F>,
+    more: impl Fn(&E) -> Vec<f64>,
+    step: impl Fn(&mut E, f64) -> Result<Innovation, EstimatorError>,
+) -> Vec<u8> {
     let mut estimator = made.expect("the configuration is good");
     let row = |estimator: &E, innovation: Option<Innovation>| {
         let b = estimator.belief();
@@ -220,13 +230,11 @@ fn record<E: RateEstimator, F: std::fmt::Debug>(
     };
     let mut rows = row(&estimator, None);
     for Input { rate_rad_s, valid, over_range } in inputs() {
-        estimator.predict(STEP_S).expect("the span is good");
-        let innovation = match (valid, over_range) {
-            (false, _) => None,
-            (true, false) => Some(estimator.update(rate_rad_s).expect("the rate is good")),
-            (true, true) => {
-                Some(estimator.update_over_range(rate_rad_s).expect("the rate is good"))
-            }
+        let innovation = if valid && !over_range {
+            Some(step(&mut estimator, rate_rad_s).expect("the rate is good"))
+        } else {
+            estimator.predict(STEP_S).expect("the span is good");
+            valid.then(|| estimator.update_over_range(rate_rad_s).expect("the rate is good"))
         };
         rows.extend(row(&estimator, innovation));
     }
@@ -368,6 +376,19 @@ fn parameters_reach_the_filter_that_learns_and_its_test_inside_the_fmu() {
     let parameters = [&common[..], &EASY_PARAMETERS].concat();
     let tested = TestedFilter::new(&config, &EASY);
     assert_parameters_reach("AugmentedTorsion", &parameters, &record(tested, of_tested));
+}
+
+#[test]
+fn an_fmu_takes_means_at_their_middle_when_it_is_told_so() {
+    let (config, common) = learning();
+    let parameters = [&common[..], &["measured_rate_is_mean=true"]].concat();
+    let bank = HysteresisBank::new(&config);
+    let means = record_by(bank, of_bank, |bank, rate| bank.step_mean(STEP_S, rate));
+    assert_parameters_reach("HysteresisBank", &parameters, &means);
+    let parameters = [&parameters[..], &EASY_PARAMETERS].concat();
+    let tested = TestedFilter::new(&config, &EASY);
+    let means = record_by(tested, of_tested, |tested, rate| tested.step_mean(STEP_S, rate));
+    assert_parameters_reach("AugmentedTorsion", &parameters, &means);
 }
 
 #[test]

@@ -12,6 +12,8 @@ use struna_kernel::RAD_PER_DEG;
 pub(super) struct Measured {
     /// Time since the measurement before, s.
     pub(super) span_s: f64,
+    /// The last part of it, over which the rate is a mean; 0 for a rate at an instant, s.
+    pub(super) averaged_s: f64,
     /// The rate, rad/s.
     pub(super) rate_rad_s: f64,
     /// The gyro flags it as over range.
@@ -21,9 +23,14 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// A rate of one axis, within range.
+    /// The rate at an instant, about one axis, within range.
     pub(super) const fn new(span_s: f64, rate_rad_s: f64) -> Self {
-        Self { span_s, rate_rad_s, over_range: false, across_rad_s: None }
+        Self { span_s, averaged_s: 0.0, rate_rad_s, over_range: false, across_rad_s: None }
+    }
+
+    /// The mean over the last `averaged_s` of the span.
+    pub(super) const fn mean(span_s: f64, averaged_s: f64, rate_rad_s: f64) -> Self {
+        Self { averaged_s, ..Self::new(span_s, rate_rad_s) }
     }
 }
 
@@ -81,11 +88,19 @@ fn advance(
     estimator: &mut dyn RateEstimator,
     measured: &Measured,
 ) -> Result<Innovation, EstimatorError> {
-    estimator.predict(measured.span_s)?;
-    if measured.over_range {
-        return estimator.update_over_range(measured.rate_rad_s);
+    let Measured { span_s, averaged_s, rate_rad_s, over_range, .. } = *measured;
+    if over_range {
+        estimator.predict(span_s)?;
+        return estimator.update_over_range(rate_rad_s);
     }
-    estimator.update(measured.rate_rad_s)
+    if averaged_s == 0.0 {
+        return estimator.step(span_s, rate_rad_s);
+    }
+    let gap_s = span_s - averaged_s;
+    if gap_s > 0.0 {
+        estimator.predict(gap_s)?;
+    }
+    estimator.step_mean(averaged_s, rate_rad_s)
 }
 
 /// An estimator that is judged by angle and rate alone.

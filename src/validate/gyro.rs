@@ -89,7 +89,7 @@ impl GyroCase {
             over_range |= reading.flags.over_range;
         }
         let rate_rad_s = counts / f64::from(self.averaged) * self.params.lsb_rad_s;
-        Measured { over_range, ..Measured::new(STEP_S, rate_rad_s) }
+        Measured { over_range, ..Measured::mean(STEP_S, STEP_S, rate_rad_s) }
     }
 
     fn describe(&self, row: &mut Row) {

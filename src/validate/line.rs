@@ -107,8 +107,8 @@ impl Host {
 
 fn step(field: &mut Field, drawn: &mut Drawn, last: &mut SimTime, sample: &RateSample) {
     let span_s = sample.time.seconds_since(*last);
-    let measured =
-        Measured { over_range: sample.over_range, ..Measured::new(span_s, sample.rate_rad_s) };
+    let measured = Measured::mean(span_s, sample.span_s(), sample.rate_rad_s);
+    let measured = Measured { over_range: sample.over_range, ..measured };
     *last = sample.time;
     let Some(k) = grid_index(sample.time) else { return };
     let truth: Truth = drawn.truth(k);

@@ -58,7 +58,7 @@ BAD = {
 # Sound by themselves: anything finite, or either of two.
 FREE = {
     "angle_start_rad", "rate_start_rad_s", "bias_start_rad_s", "gyro_range_margin_rad_s",
-    "innovation_test", "input_axis_x_rad", "input_axis_y_rad",
+    "innovation_test", "input_axis_x_rad", "input_axis_y_rad", "measured_rate_is_mean",
 }
 
 

@@ -317,6 +317,12 @@ impl<M: Motion> RateEstimator for Filter<M> {
         self.step(span_s, rate_rad_s)
     }
 
+    /// As published: the mean over the step is taken for the rate at its end, and its integral for
+    /// the angle turned.
+    fn step_mean(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        self.step(span_s, rate_rad_s)
+    }
+
     #[inline]
     fn belief(&self) -> Belief {
         self.state.carried.belief

@@ -63,6 +63,11 @@ impl RateEstimator for PlainIntegration {
         Ok(Innovation { residual_rad_s, variance_rad2_s2 })
     }
 
+    /// The mean over a span times the span is the angle turned in it.
+    fn step_mean(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        self.step(span_s, rate_rad_s)
+    }
+
     fn belief(&self) -> Belief {
         Belief {
             angle_rad: self.angle_rad,

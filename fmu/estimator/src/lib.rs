@@ -167,6 +167,19 @@ pub trait RateEstimator {
         self.update(rate_rad_s)
     }
 
+    /// Predicts over `span_s` and takes in the mean rate over them, which is the rate at their
+    /// middle: predict over half of them, [`update`](Self::update), predict over the rest.
+    ///
+    /// Taken for the rate at its end it would be late by half of them: 0.02 °/s at 10 ms, for a
+    /// body that turns by 360° either way with a period of a minute. The filters of 2008 take it
+    /// so, by their own text.
+    ///
+    /// # Errors
+    /// What predict and update refuse; the first half of the prediction may have been made.
+    fn step_mean(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        step_mean_in_halves(self, span_s, rate_rad_s)
+    }
+
     /// Measurement update with a rate that the gyro itself flags as over range. An estimator that
     /// knows of no range, as those of 2008, takes it for what it says.
     ///
@@ -203,4 +216,16 @@ pub trait RateEstimator {
     /// # Errors
     /// [`RestoreError`] when the bytes cannot be such a state; the estimator is then unchanged.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError>;
+}
+
+fn step_mean_in_halves<E: RateEstimator + ?Sized>(
+    estimator: &mut E,
+    span_s: f64,
+    rate_rad_s: f64,
+) -> Result<Innovation, EstimatorError> {
+    let half_s = 0.5 * span_s;
+    estimator.predict(half_s)?;
+    let innovation = estimator.update(rate_rad_s)?;
+    estimator.predict(span_s - half_s)?;
+    Ok(innovation)
 }

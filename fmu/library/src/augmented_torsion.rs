@@ -1,11 +1,9 @@
 //! The filter that learns period, damping and bias while it watches, alone or behind the test of
 //! its own innovations, as the FMU `AugmentedTorsion`.
 
-use crate::exported::ExportedEstimator;
+use crate::exported::{ExportedEstimator, parameter};
 use crate::filter::EXPERIMENT;
-use crate::learning::{
-    TESTED_ROWS, bad, config, parameter, test, tested_table, write_alarms, write_learnt,
-};
+use crate::learning::{TESTED_ROWS, bad, config, test, tested_table, write_alarms, write_learnt};
 use struna_estimator::{AugmentedFilter, EstimatorError, Innovation, RateEstimator, TestedFilter};
 use struna_fmi_export::{Domain, ModelDescription, ModelError, ValueReference, Values, Variable};
 

@@ -15,9 +15,10 @@ use struna_fmi_export::{
 
 pub(crate) const MEASURED_RATE_OVER_RANGE: ValueReference = 9;
 pub(crate) const STATUS: ValueReference = 10;
+pub(crate) const MEASURED_RATE_IS_MEAN: ValueReference = 11;
 
 /// The rows that every such estimator has.
-pub(crate) const ROWS: usize = 11;
+pub(crate) const ROWS: usize = 12;
 
 /// The outputs whose values at the start follow from an estimator's own parameters.
 pub(crate) struct Starts {
@@ -26,6 +27,15 @@ pub(crate) struct Starts {
     pub(crate) angle_sigma: &'static [ValueReference],
     pub(crate) rate_sigma: &'static [ValueReference],
     pub(crate) status: &'static [ValueReference],
+}
+
+pub(crate) const fn parameter(
+    reference: ValueReference,
+    name: &'static str,
+    domain: Domain,
+    meaning: &'static str,
+) -> Variable {
+    Variable::new(reference, Role::Parameter, name, domain, meaning)
 }
 
 /// The beginning of the variable table of an estimator whose outputs start from `starts`.
@@ -45,6 +55,10 @@ pub(crate) const fn first_rows(starts: &Starts) -> [Variable; ROWS] {
     let status = Variable::new(STATUS, Role::Output, "status", Domain::int32(0, 0, 6), status)
         .starting_from(starts.status)
         .on_demand();
+    let mean =
+        "True: the measured rate is the mean over the step. False: it is the rate at its end.";
+    let domain = Domain::boolean(false);
+    let mean = parameter(MEASURED_RATE_IS_MEAN, "measured_rate_is_mean", domain, mean);
     [
         common[0],
         common[MEASURED_RATE_RAD_S as usize],
@@ -57,6 +71,7 @@ pub(crate) const fn first_rows(starts: &Starts) -> [Variable; ROWS] {
         common[NIS as usize],
         over_range,
         status,
+        mean,
     ]
 }
 
@@ -76,7 +91,12 @@ pub(crate) trait ExportedEstimator: Debug + Send + Sized + 'static {
 
     /// Predicts and takes a measurement in: both, or neither.
     fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
-        whole(self.estimator_mut(), span_s, rate_rad_s, |estimator| estimator.update(rate_rad_s))
+        whole(self.estimator_mut(), span_s, rate_rad_s, |e| e.step(span_s, rate_rad_s))
+    }
+
+    /// The same with the mean over the span.
+    fn step_mean(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        whole(self.estimator_mut(), span_s, rate_rad_s, |e| e.step_mean(span_s, rate_rad_s))
     }
 
     /// Predicts and notes a measurement that the gyro flags as over range: both, or neither.
@@ -85,7 +105,10 @@ pub(crate) trait ExportedEstimator: Debug + Send + Sized + 'static {
         span_s: f64,
         rate_rad_s: f64,
     ) -> Result<Innovation, EstimatorError> {
-        let note = |estimator: &mut dyn RateEstimator| estimator.update_over_range(rate_rad_s);
+        let note = |estimator: &mut dyn RateEstimator| {
+            estimator.predict(span_s)?;
+            estimator.update_over_range(rate_rad_s)
+        };
         whole(self.estimator_mut(), span_s, rate_rad_s, note)
     }
 
@@ -97,8 +120,8 @@ pub(crate) trait ExportedEstimator: Debug + Send + Sized + 'static {
 /// the range of floating point. No gyro and no body has larger ones.
 const TAME: f64 = 1e30;
 
-/// Predicts and then calls `update`, for estimators that cannot do both at once. If the second is
-/// refused the first is taken back.
+/// Makes a `step` of several calls, for estimators that cannot do all at once. If one is refused
+/// those before it are taken back.
 ///
 /// An update is refused when its numbers leave the range of floating point, and for nothing else:
 /// the C layer lets finite inputs in alone. So the way back, a copy of all that the estimator
@@ -107,7 +130,7 @@ fn whole(
     estimator: &mut dyn RateEstimator,
     span_s: f64,
     rate_rad_s: f64,
-    update: impl FnOnce(&mut dyn RateEstimator) -> Result<Innovation, EstimatorError>,
+    step: impl FnOnce(&mut dyn RateEstimator) -> Result<Innovation, EstimatorError>,
 ) -> Result<Innovation, EstimatorError> {
     let Belief { angle_rad, rate_rad_s: believed_rad_s, covariance } = estimator.belief();
     let Covariance { angle_rad2, rate_rad2_s2, .. } = covariance;
@@ -118,12 +141,11 @@ fn whole(
         estimator.save(&mut saved);
         saved
     });
-    estimator.predict(span_s)?;
-    let updated = update(estimator);
-    if let (Err(_), Some(saved)) = (&updated, way_back) {
+    let stepped = step(estimator);
+    if let (Err(_), Some(saved)) = (&stepped, way_back) {
         estimator.restore(&saved).expect("an estimator takes its own bytes");
     }
-    updated
+    stepped
 }
 
 /// An estimator as an FMU.
@@ -147,6 +169,8 @@ impl<E: ExportedEstimator> Model for EstimatorModel<E> {
             self.exported.estimator_mut().predict(step_s).map(|()| None)
         } else if values.boolean(MEASURED_RATE_OVER_RANGE) {
             self.exported.step_over_range(step_s, rate_rad_s).map(Some)
+        } else if values.boolean(MEASURED_RATE_IS_MEAN) {
+            self.exported.step_mean(step_s, rate_rad_s).map(Some)
         } else {
             self.exported.step(step_s, rate_rad_s).map(Some)
         };

@@ -1,7 +1,7 @@
 //! What the estimators that learn have in common as FMUs: period, damping and bias with what is
 //! known of them before, the noise, and the gyro's range and counts.
 
-use crate::exported::{ROWS, Starts, first_rows};
+use crate::exported::{ROWS, Starts, first_rows, parameter};
 use crate::filter::{MEASUREMENT_VARIANCE_RAD2_S2_START, bad_parameter};
 use struna_estimator::{
     AugmentedConfig, ConfigError, GyroRange, InnovationTest, LearntParameters, Quantiser,
@@ -9,35 +9,35 @@ use struna_estimator::{
 };
 use struna_fmi_export::{Domain, ModelError, Role, Unit, ValueReference, Values, Variable};
 
-const PERIOD_S: ValueReference = 11;
-const PERIOD_SIGMA_S: ValueReference = 12;
-const DAMPING_RATIO: ValueReference = 13;
-const DAMPING_RATIO_SIGMA: ValueReference = 14;
-const BIAS_RAD_S: ValueReference = 15;
-const BIAS_SIGMA_RAD_S: ValueReference = 16;
-const ANGLE_START_RAD: ValueReference = 17;
-const ANGLE_SIGMA_START_RAD: ValueReference = 18;
-const RATE_START_RAD_S: ValueReference = 19;
-const RATE_SIGMA_START_RAD_S: ValueReference = 20;
-const PERIOD_START_S: ValueReference = 21;
-const PERIOD_SIGMA_START_S: ValueReference = 22;
-const DAMPING_RATIO_START: ValueReference = 23;
-const DAMPING_RATIO_SIGMA_START: ValueReference = 24;
-const BIAS_START_RAD_S: ValueReference = 25;
-const BIAS_SIGMA_START_RAD_S: ValueReference = 26;
-const MEASUREMENT_VARIANCE_RAD2_S2: ValueReference = 27;
-const PROCESS_NOISE_RAD2_S3: ValueReference = 28;
-const BIAS_WALK_RAD2_S3: ValueReference = 29;
-const SCALE_FACTOR_SIGMA: ValueReference = 30;
-const GYRO_RANGE_RAD_S: ValueReference = 31;
-const GYRO_RANGE_MARGIN_RAD_S: ValueReference = 32;
-const GYRO_COUNT_RAD_S: ValueReference = 33;
-const GYRO_RAW_SIGMA_RAD_S: ValueReference = 34;
-const GYRO_SAMPLES: ValueReference = 35;
-const ALARMS: ValueReference = 36;
-const TEST_FALSE_ALARMS: ValueReference = 37;
-const TEST_HORIZON_SAMPLES: ValueReference = 38;
-const TEST_KICK_FLOOR_RAD_S: ValueReference = 39;
+const PERIOD_S: ValueReference = 12;
+const PERIOD_SIGMA_S: ValueReference = 13;
+const DAMPING_RATIO: ValueReference = 14;
+const DAMPING_RATIO_SIGMA: ValueReference = 15;
+const BIAS_RAD_S: ValueReference = 16;
+const BIAS_SIGMA_RAD_S: ValueReference = 17;
+const ANGLE_START_RAD: ValueReference = 18;
+const ANGLE_SIGMA_START_RAD: ValueReference = 19;
+const RATE_START_RAD_S: ValueReference = 20;
+const RATE_SIGMA_START_RAD_S: ValueReference = 21;
+const PERIOD_START_S: ValueReference = 22;
+const PERIOD_SIGMA_START_S: ValueReference = 23;
+const DAMPING_RATIO_START: ValueReference = 24;
+const DAMPING_RATIO_SIGMA_START: ValueReference = 25;
+const BIAS_START_RAD_S: ValueReference = 26;
+const BIAS_SIGMA_START_RAD_S: ValueReference = 27;
+const MEASUREMENT_VARIANCE_RAD2_S2: ValueReference = 28;
+const PROCESS_NOISE_RAD2_S3: ValueReference = 29;
+const BIAS_WALK_RAD2_S3: ValueReference = 30;
+const SCALE_FACTOR_SIGMA: ValueReference = 31;
+const GYRO_RANGE_RAD_S: ValueReference = 32;
+const GYRO_RANGE_MARGIN_RAD_S: ValueReference = 33;
+const GYRO_COUNT_RAD_S: ValueReference = 34;
+const GYRO_RAW_SIGMA_RAD_S: ValueReference = 35;
+const GYRO_SAMPLES: ValueReference = 36;
+const ALARMS: ValueReference = 37;
+const TEST_FALSE_ALARMS: ValueReference = 38;
+const TEST_HORIZON_SAMPLES: ValueReference = 39;
+const TEST_KICK_FLOOR_RAD_S: ValueReference = 40;
 
 /// What the parameters start from: a release on the rig of 2008, in a quiet laboratory.
 const DEFAULT: AugmentedConfig =
@@ -95,15 +95,6 @@ const LEARNT: [Variable; 6] = {
             .starting_from(&[BIAS_SIGMA_START_RAD_S]),
     ]
 };
-
-pub(crate) const fn parameter(
-    reference: ValueReference,
-    name: &'static str,
-    domain: Domain,
-    meaning: &'static str,
-) -> Variable {
-    Variable::new(reference, Role::Parameter, name, domain, meaning)
-}
 
 /// What is believed at the start.
 const PRIOR: [Variable; 10] = {

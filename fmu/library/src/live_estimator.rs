@@ -1,11 +1,11 @@
 //! The estimator for a live rig, which switches between filters as the body demands, as the FMU
 //! `LiveEstimator`.
 
-use crate::exported::ExportedEstimator;
+use crate::exported::{ExportedEstimator, parameter};
 use crate::filter::EXPERIMENT;
 use crate::learning::{
-    TESTED_ROWS, at_least_0, bad, config, float, output, parameter, test, tested_table,
-    write_alarms, write_learnt,
+    TESTED_ROWS, at_least_0, bad, config, float, output, test, tested_table, write_alarms,
+    write_learnt,
 };
 use struna_estimator::{
     ConfigError, InputAxis, LiveConfig, LiveEstimator, RateEstimator, Status, SwingBody,

@@ -3,10 +3,13 @@
 use super::config::AugmentedConfig;
 use super::rounding::Rounding;
 use super::state::{Densities, Expectation, State};
+use super::transition::is_short;
 use crate::checks::{check_measurement, check_span, in_range};
 use crate::config::ConfigError;
 use crate::state_bytes::{Reader, RestoreError, Writer};
-use crate::{Belief, Covariance, EstimatorError, Innovation, RateEstimator, Status};
+use crate::{
+    Belief, Covariance, EstimatorError, Innovation, RateEstimator, Status, step_mean_in_halves,
+};
 
 /// How far Ω² may be led from its start, either way, as a factor: a tenth of the period, or ten.
 const S_SPAN: f64 = 100.0;
@@ -187,12 +190,35 @@ impl Model {
         rate_rad_s: f64,
     ) -> Result<(State, Innovation), EstimatorError> {
         check_measurement(rate_rad_s)?;
-        let expected = self.expected(from, rate_rad_s);
-        let innovation = self.innovation_of(&expected)?;
+        self.absorbed(from, rate_rad_s, &self.expected(from, rate_rad_s))
+    }
+
+    /// The same with the mean over the last `span_s`, which the motion hardly bends.
+    #[inline(always)]
+    fn updated_by_mean(
+        &self,
+        from: &State,
+        span_s: f64,
+        rate_rad_s: f64,
+    ) -> Result<(State, Innovation), EstimatorError> {
+        check_measurement(rate_rad_s)?;
+        let plain = from.expect_mean(rate_rad_s, self.r, 0.5 * span_s);
+        self.absorbed(from, rate_rad_s, &self.rounded(plain, rate_rad_s))
+    }
+
+    /// A measured rate taken in, unless it is over range.
+    #[inline(always)]
+    fn absorbed(
+        &self,
+        from: &State,
+        rate_rad_s: f64,
+        expected: &Expectation,
+    ) -> Result<(State, Innovation), EstimatorError> {
+        let innovation = self.innovation_of(expected)?;
         if self.is_over_range(rate_rad_s, expected.residual) {
             return Ok((*from, innovation));
         }
-        let state = self.bounded(from.updated(&expected, expected.r)).judged()?;
+        let state = self.bounded(from.updated(expected, expected.r)).judged()?;
         Ok((state, innovation))
     }
 
@@ -209,7 +235,12 @@ impl Model {
     /// How a measured rate compares with a state.
     #[inline(always)]
     pub(super) fn expected(&self, at: &State, rate_rad_s: f64) -> Expectation {
-        let plain = at.expect(rate_rad_s, self.r);
+        self.rounded(at.expect(rate_rad_s, self.r), rate_rad_s)
+    }
+
+    /// The same, with the gyro's rounding in it.
+    #[inline(always)]
+    fn rounded(&self, plain: Expectation, rate_rad_s: f64) -> Expectation {
         match &self.rounding {
             None => plain,
             Some(rounding) => rounding.expected(&plain, rate_rad_s),
@@ -380,6 +411,17 @@ impl RateEstimator for AugmentedFilter {
 
     fn step(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
         self.step(span_s, rate_rad_s)
+    }
+
+    /// In one update where the motion hardly bends within the span.
+    fn step_mean(&mut self, span_s: f64, rate_rad_s: f64) -> Result<Innovation, EstimatorError> {
+        let predicted = self.model.predicted(&self.state, span_s)?;
+        if !is_short(span_s, predicted.mean.s, predicted.mean.d) {
+            return step_mean_in_halves(self, span_s, rate_rad_s);
+        }
+        let (state, innovation) = self.model.updated_by_mean(&predicted, span_s, rate_rad_s)?;
+        self.state = state;
+        Ok(innovation)
     }
 
     /// It is judged, and left out.

@@ -114,6 +114,27 @@ impl State {
         }
     }
 
+    /// How the mean rate over the last `2·late_s` compares with the state: z = ω − late·ω′ + b, for
+    /// a mean is the rate at the middle of its span. Of its slopes late·d and late·ω are left out.
+    #[inline(always)]
+    pub(super) fn expect_mean(&self, rate_rad_s: f64, r: f64, late_s: f64) -> Expectation {
+        let (mean, p) = (&self.mean, &self.p);
+        let Expectation { residual, columns: [a, w, s, d, b], .. } = self.expect(rate_rad_s, r);
+        let columns = [
+            a - late_s * p.aa,
+            w - late_s * p.aw,
+            s - late_s * p.as_,
+            d - late_s * p.ad,
+            b - late_s * p.ab,
+        ];
+        Expectation {
+            residual: residual + late_s * (mean.alpha - mean.d * mean.rate),
+            spread: columns[1] + columns[4] - late_s * columns[0],
+            columns,
+            r,
+        }
+    }
+
     /// Measurement update in Joseph form.
     ///
     /// P⁺ = (I − K·H)·P·(I − K·H)ᵀ + K·R·Kᵀ. With M = P − K·(P·Hᵀ)ᵀ that is

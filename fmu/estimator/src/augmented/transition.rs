@@ -51,11 +51,18 @@ pub(crate) struct Jacobian {
     pub(crate) w_by_d: f64,
 }
 
+/// Whether the motion hardly bends within a span: by a hundredth of a radian, or a hundredth of its
+/// decay.
+#[inline(always)]
+pub(super) fn is_short(span_s: f64, s: f64, d: f64) -> bool {
+    s.abs() * (span_s * span_s) <= STEP_PHASE2_MAX && d.abs() * span_s <= STEP_DECAY_MAX
+}
+
 impl Transition {
     /// The transition over `span_s`, which is finite and not negative.
     #[inline(always)]
     pub(crate) fn over(span_s: f64, s: f64, d: f64) -> Self {
-        if s.abs() * (span_s * span_s) <= STEP_PHASE2_MAX && d.abs() * span_s <= STEP_DECAY_MAX {
+        if is_short(span_s, s, d) {
             Self::series(span_s, s, d)
         } else {
             Self::by_doubling(span_s, s, d)
@@ -68,9 +75,7 @@ impl Transition {
     #[inline(never)]
     fn by_doubling(span_s: f64, s: f64, d: f64) -> Self {
         let (mut h, mut halvings) = (span_s, 0);
-        while halvings < HALVINGS_MAX
-            && !(s.abs() * (h * h) <= STEP_PHASE2_MAX && d.abs() * h <= STEP_DECAY_MAX)
-        {
+        while halvings < HALVINGS_MAX && !is_short(h, s, d) {
             h *= 0.5;
             halvings += 1;
         }
