@@ -148,7 +148,9 @@ impl State {
         let inverse = 1.0 / (e.spread + r);
         let c = e.columns;
         let k = c.map(|column| column * inverse);
-        let rest: [f64; 5] = core::array::from_fn(|i| c[i] - k[i] * e.spread - r * k[i]);
+        // Each by itself: a call for all would keep the arrays in memory.
+        let rounding = |i: usize| c[i] - k[i] * e.spread - r * k[i];
+        let rest = [rounding(0), rounding(1), rounding(2), rounding(3), rounding(4)];
         let m = &self.mean;
         let mean = Mean {
             alpha: m.alpha + k[0] * e.residual,
