@@ -1,8 +1,9 @@
 //! From raw field values to bytes.
 
 use crate::field::When;
-use crate::plan::AnyPlan;
-use crate::{FrameSpec, Kind, MAX_CONTENT_LEN, kind};
+use crate::frame::write_content;
+use crate::plan::AnySendPlan;
+use crate::{FieldSpec, FrameSpec, MAX_CONTENT_LEN, kind};
 
 /// Why a frame was not encoded. Nothing was written and the counter did not move.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -37,7 +38,7 @@ pub enum EncodeError {
 #[derive(Debug, Clone)]
 pub struct Encoder {
     spec: FrameSpec,
-    plan: Option<AnyPlan>,
+    plan: Option<AnySendPlan>,
     /// Least and greatest raw value of each field.
     limits: Vec<(i64, i64)>,
     /// Where frames are put together. Longer than any, so that each number in a frame has a whole
@@ -66,7 +67,7 @@ impl Encoder {
     #[must_use]
     pub fn starting_at(spec: &FrameSpec, first_index: u64) -> Self {
         let limits = spec.fields.iter().map(|field| (field.raw_min(), field.raw_max())).collect();
-        let (spec, plan) = (spec.clone(), AnyPlan::of(spec));
+        let (spec, plan) = (spec.clone(), AnySendPlan::of(spec));
         let (content, modulus) = (Box::new([0; ROOM]), spec.modulus());
         let next_counter = first_index % modulus;
         let turn_start = first_index - next_counter;
@@ -97,8 +98,8 @@ impl Encoder {
     pub fn encode(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let counter = self.next_counter;
         let planned = match &self.plan {
-            Some(AnyPlan::Short(plan)) => plan.emit(raw, counter, out),
-            Some(AnyPlan::Long(plan)) => plan.emit_apart(raw, counter, out),
+            Some(AnySendPlan::Short(plan)) => plan.emit(raw, counter, out),
+            Some(AnySendPlan::Long(plan)) => plan.emit_apart(raw, counter, out),
             None => false,
         };
         if !planned {
@@ -128,20 +129,8 @@ impl Encoder {
         self.refuse_unfit(raw)?;
         let Self { spec, content, next_counter, .. } = self;
         content[..spec.len].fill(0);
-        if !is_text(spec) {
-            content[..spec.sync.len()].copy_from_slice(&spec.sync);
-        }
-        for (field, value) in spec.fields.iter().zip(raw) {
-            if carried(field.when, raw) {
-                field.write(*value, &mut content[..]);
-            }
-        }
-        if let Some(sequence) = &spec.sequence {
-            sequence.write(*next_counter, &mut content[..]);
-        }
-        if !is_text(spec) {
-            spec.check.write(&mut content[..]);
-        }
+        let is_carried = |field: &FieldSpec| carried(field.when, raw);
+        write_content(spec, raw, *next_counter, is_carried, &mut content[..]);
         kind::emit(spec, &content[..spec.len], out);
         self.count();
         Ok(())
@@ -171,9 +160,4 @@ fn turn_len(turn_start: u64, modulus: u64) -> u64 {
 /// Whether a frame with these raw values carries a field under this condition.
 fn carried(when: Option<When>, raw: &[i64]) -> bool {
     when.is_none_or(|when| raw[when.field] == when.equals)
-}
-
-/// A line of text has its prefix and its check outside the record.
-fn is_text(spec: &FrameSpec) -> bool {
-    spec.kind() == Kind::Ascii
 }

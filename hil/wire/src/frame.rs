@@ -1,6 +1,6 @@
 //! One good frame, as the decoder hands it out.
 
-use crate::{FrameSpec, MAX_FIELDS};
+use crate::{FieldSpec, FrameSpec, Kind, MAX_FIELDS};
 
 /// One good frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +74,32 @@ impl Frame {
             }
         }
         Self { raw, has, flags, ..Self::blank(spec) }
+    }
+}
+
+/// Writes the fields that are carried, and all else, into content that is zero. What a line of
+/// text has outside its record, [`crate::kind`] adds.
+pub(crate) fn write_content(
+    spec: &FrameSpec,
+    raw: &[i64],
+    counter: u64,
+    is_carried: impl Fn(&FieldSpec) -> bool,
+    content: &mut [u8],
+) {
+    let is_text = spec.kind() == Kind::Ascii;
+    if !is_text {
+        content[..spec.sync.len()].copy_from_slice(&spec.sync);
+    }
+    for (field, value) in spec.fields.iter().zip(raw) {
+        if is_carried(field) {
+            field.write(*value, content);
+        }
+    }
+    if let Some(sequence) = &spec.sequence {
+        sequence.write(counter, content);
+    }
+    if !is_text {
+        spec.check.write(content);
     }
 }
 

@@ -9,6 +9,8 @@
 
 mod carried;
 mod check;
+mod linear;
+mod send;
 mod word;
 
 use crate::field::{Endian, FieldSpec};
@@ -17,6 +19,7 @@ use crate::place::Place;
 use crate::{FlagSpec, Frame, FrameSpec, MAX_FIELDS, MAX_SYNC_LEN, SequenceSpec};
 use carried::{Carried, Deciding};
 use check::Check;
+pub(crate) use send::AnySendPlan;
 pub(crate) use word::{WORD_LEN, Word};
 
 /// The plan of a layout, in the smaller word that holds its frames.
@@ -41,7 +44,6 @@ impl AnyPlan {
 #[derive(Debug, Clone)]
 pub(crate) struct Plan<W> {
     len: usize,
-    field_count: usize,
     /// Frames are taken as words whose highest byte is the first, not the lowest.
     big: bool,
     /// The sync word, and the bits that are known beforehand: its own and the counter's.
@@ -52,7 +54,7 @@ pub(crate) struct Plan<W> {
     flags: Box<[Flags]>,
     /// Fields and the flags that vouch for them.
     vouched: Box<[(usize, usize)]>,
-    check: Option<Check<W>>,
+    check: Option<Check>,
 }
 
 /// Consecutive bits of a frame's word.
@@ -184,7 +186,6 @@ impl<W: Word> Plan<W> {
         let vouched = |(k, field): (usize, &FieldSpec)| Some((k, field.valid_if?));
         Some(Self {
             len: spec.len,
-            field_count: spec.fields.len(),
             big,
             sync,
             known: mask | counter.run.with(counter.run.mask),
@@ -192,7 +193,7 @@ impl<W: Word> Plan<W> {
             deciding: Deciding::of(&spec.fields, sync, big)?,
             flags: Flags::of(&spec.flags),
             vouched: spec.fields.iter().enumerate().filter_map(vouched).collect(),
-            check: Check::of(&spec.check, big)?,
+            check: Check::of::<W>(&spec.check, big)?,
         })
     }
 
@@ -245,32 +246,6 @@ impl<W: Word> Plan<W> {
         }
         (frame.has, frame.flags) = (has, flags);
         frame.index += 1;
-    }
-
-    /// Appends the frame of these raw values and this counter to `out`; tells whether it did.
-    /// Values that do not fit the layout are for the caller to find.
-    #[inline(always)]
-    pub(crate) fn emit(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
-        let Some(word) = self.word_of(raw, counter) else { return false };
-        word.append(self.len, self.big, out);
-        true
-    }
-
-    /// The same out of line, for the frames that the caller has no room for.
-    #[inline(never)]
-    pub(crate) fn emit_apart(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
-        self.emit(raw, counter, out)
-    }
-
-    #[inline(always)]
-    fn word_of(&self, raw: &[i64], counter: u64) -> Option<W> {
-        if raw.len() != self.field_count {
-            return None;
-        }
-        let code = raw.get(self.deciding.field).map_or(0, |raw| raw.cast_unsigned());
-        let fields = self.deciding.carried(code).word_of(raw)?;
-        let word = fields | self.counter.run.with(counter);
-        Some(self.check.as_ref().map_or(word, |check| check.completed(word)))
     }
 }
 

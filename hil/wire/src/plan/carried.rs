@@ -31,20 +31,19 @@ pub(super) struct Deciding<W> {
 pub(super) struct Carried<W> {
     /// Bits that are the same in every such frame, and those to turn.
     turned: W,
-    fields: Box<[Field<W>]>,
+    fields: Box<[Field]>,
     /// Fields whose bytes are the other way round than the word's.
-    swapped: Box<[Swapped<W>]>,
+    swapped: Box<[Swapped]>,
     /// Fields that have a usable value, floats among them if they are numbers.
     has: u64,
     floats: Box<[usize]>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Field<W> {
+struct Field {
     index: usize,
-    /// The lowest bit, as a number and alone.
+    /// The lowest bit.
     shift: u32,
-    unit: W,
     /// Bits that a code has not.
     beyond: u64,
     bias: u64,
@@ -52,9 +51,9 @@ struct Field<W> {
 
 /// A field in the upper bytes of 64 bits, which swapped are in the word where the field says.
 #[derive(Debug, Clone, Copy)]
-struct Swapped<W> {
+struct Swapped {
     shift: u32,
-    field: Field<W>,
+    field: Field,
 }
 
 impl<W: Word> Deciding<W> {
@@ -122,13 +121,13 @@ impl<W: Word> Carried<W> {
             let shift = shift_of::<W>(spec.place.at, spec.place.bytes, big)?;
             if is_big(&spec.place).is_none_or(|it| it == big) {
                 let shift = shift + spec.place.shift;
-                let field = Field { index, shift, unit: W::unit(shift), beyond, bias };
-                turned = turned ^ W::with_bits(turns, field.unit);
+                let field = Field { index, shift, beyond, bias };
+                turned = turned ^ W::with_bits(turns, W::unit(shift));
                 fields.push(field);
             } else {
-                let field = Field { index, shift, unit: W::unit(shift), beyond, bias };
+                let (field, unit) = (Field { index, shift, beyond, bias }, W::unit(shift));
                 let shift = 64 - 8 * u32::try_from(spec.place.bytes).ok()? + spec.place.shift;
-                turned = turned ^ W::with_bits((turns << shift).swap_bytes(), field.unit);
+                turned = turned ^ W::with_bits((turns << shift).swap_bytes(), unit);
                 swapped.push(Swapped { shift, field });
             }
             if spec.coding == Coding::Float {
@@ -143,7 +142,7 @@ impl<W: Word> Carried<W> {
     #[inline(always)]
     pub(super) fn read(&self, word: W, raw: &mut [i64; MAX_FIELDS]) {
         let turned = word ^ self.turned;
-        let mut read = |field: &Field<W>| {
+        let mut read = |field: &Field| {
             raw[field.index % MAX_FIELDS] = field.raw(turned.low_from(field.shift));
         };
         // Most often it is only one.
@@ -163,43 +162,13 @@ impl<W: Word> Carried<W> {
         let is_endless = |index: usize| raw[index % MAX_FIELDS] & ENDLESS == ENDLESS;
         self.floats.iter().fold(self.has, |has, &k| has & !(u64::from(is_endless(k)) << k))
     }
-
-    /// The word of these raw values, unless one does not fit.
-    #[inline(always)]
-    pub(super) fn word_of(&self, raw: &[i64]) -> Option<W> {
-        let (mut word, mut beyond) = (self.turned, 0);
-        if let Some((first, others)) = self.fields.split_first() {
-            let code = first.code(*raw.get(first.index)?);
-            beyond = code & first.beyond;
-            word = word ^ W::with_bits(code, first.unit);
-            for field in others {
-                let code = field.code(*raw.get(field.index)?);
-                beyond |= code & field.beyond;
-                word = word ^ W::with_bits(code, field.unit);
-            }
-        }
-        for Swapped { shift, field } in &self.swapped {
-            let code = field.code(*raw.get(field.index)?);
-            beyond |= code & field.beyond;
-            let bits = (code << (shift % u64::BITS)).swap_bytes();
-            word = word ^ W::with_bits(bits, field.unit);
-        }
-        (beyond == 0).then_some(word)
-    }
 }
 
-impl<W> Field<W> {
+impl Field {
     /// The raw value, whose code with bits turned is lowest in `bits`.
     #[inline(always)]
     const fn raw(&self, bits: u64) -> i64 {
         (bits & !self.beyond).wrapping_sub(self.bias).cast_signed()
-    }
-
-    /// The code before bits are turned. The least value that fits is zero and the greatest has all
-    /// bits.
-    #[inline(always)]
-    const fn code(&self, raw: i64) -> u64 {
-        raw.cast_unsigned().wrapping_add(self.bias)
     }
 }
 

@@ -11,10 +11,9 @@ use crate::{CheckSpec, Endian};
 /// where it stands. One table for each place, so no look-up waits for the one before. All is kept
 /// as it is stored, so the order of the stored bytes is settled in the tables.
 #[derive(Clone)]
-pub(super) struct Check<W> {
-    /// Lowest bit of what is stored, as a number and alone, and a mask over it.
+pub(super) struct Check {
+    /// Lowest bit of what is stored, and a mask over it.
     stored_shift: u32,
-    stored_unit: W,
     stored_mask: u32,
     /// Lowest bit of what is covered.
     shift: u32,
@@ -28,26 +27,24 @@ const FOUR: usize = 4;
 /// What each value of each of four bytes adds.
 type Tables = [[u32; 256]; FOUR];
 
-impl<W> std::fmt::Debug for Check<W> {
+impl std::fmt::Debug for Check {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Check").field("shift", &self.shift).finish_non_exhaustive()
     }
 }
 
-impl<W: Word> Check<W> {
+impl Check {
     /// Nothing when no such check is in the frame, `None` when another one is.
     #[expect(clippy::option_option, reason = "whether it can be planned, and whether there is one")]
-    pub(super) fn of(spec: &CheckSpec, big: bool) -> Option<Option<Self>> {
+    pub(super) fn of<W: Word>(spec: &CheckSpec, big: bool) -> Option<Option<Self>> {
         match spec.algorithm {
             Algorithm::None => return Some(None),
             Algorithm::Sum { .. } | Algorithm::Parity { .. } => return None,
             Algorithm::Crc(_) | Algorithm::Xor => (),
         }
         let (first, rest) = tables(spec, big);
-        let stored_shift = shift_of::<W>(spec.place.at, spec.place.bytes, big)?;
         Some(Some(Self {
-            stored_shift,
-            stored_unit: W::unit(stored_shift),
+            stored_shift: shift_of::<W>(spec.place.at, spec.place.bytes, big)?,
             stored_mask: lower_half(spec.place.mask()),
             shift: shift_of::<W>(spec.first, spec.last - spec.first + 1, big)?,
             first,
@@ -57,7 +54,7 @@ impl<W: Word> Check<W> {
 
     /// What is to be stored over a frame.
     #[inline(always)]
-    fn value(&self, word: W) -> u32 {
+    fn value<W: Word>(&self, word: W) -> u32 {
         let mut sum = of_four(&self.first, word.low_from(self.shift));
         let mut shift = self.shift;
         for tables in &self.rest {
@@ -69,14 +66,8 @@ impl<W: Word> Check<W> {
 
     /// Whether the check of a whole frame is right.
     #[inline(always)]
-    pub(super) fn holds(&self, word: W) -> bool {
+    pub(super) fn holds<W: Word>(&self, word: W) -> bool {
         self.value(word) == lower_half(word.low_from(self.stored_shift)) & self.stored_mask
-    }
-
-    /// Completes a frame that has everything else in it, and zeros where the check goes.
-    #[inline(always)]
-    pub(super) fn completed(&self, word: W) -> W {
-        word ^ W::with_bits(u64::from(self.value(word)), self.stored_unit)
     }
 }
 

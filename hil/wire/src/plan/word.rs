@@ -16,8 +16,8 @@ where
     /// The first `LEN` bytes, the first of them highest if `big` and lowest if not.
     fn load(front: &[u8; WORD_LEN], big: bool) -> Self;
 
-    /// Appends the first `len` bytes to `out`.
-    fn append(self, len: usize, big: bool, out: &mut Vec<u8>);
+    /// Appends the lowest `len` bytes to `out`, the lowest first.
+    fn append(self, len: usize, out: &mut Vec<u8>);
 
     /// The lowest 64 bits of those from `shift` on; `shift` is less than the bits there are.
     fn low_from(self, shift: u32) -> u64;
@@ -42,11 +42,10 @@ macro_rules! word {
             }
 
             #[inline(always)]
-            fn append(self, len: usize, big: bool, out: &mut Vec<u8>) {
+            fn append(self, len: usize, out: &mut Vec<u8>) {
                 let end = out.len() + len;
-                let word = if big { self.swap_bytes() } else { self };
                 // A length that is known makes it one store; what is too much goes again.
-                out.extend_from_slice(&word.to_le_bytes());
+                out.extend_from_slice(&self.to_le_bytes());
                 out.truncate(end);
             }
 
