@@ -96,10 +96,21 @@ impl Encoder {
     /// [`crate::FieldSpec::from_si`] and the gyro model do that, knowing why.
     #[inline(always)]
     pub fn encode(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
-        let counter = self.next_counter;
+        if let Some(AnySendPlan::Short(plan)) = &self.plan
+            && plan.emit_single(raw, self.next_counter, out)
+        {
+            self.count();
+            return Ok(());
+        }
+        self.encode_apart(raw, out)
+    }
+
+    /// The same for any frame, out of line: callers have room for the simplest ones only.
+    #[inline(never)]
+    fn encode_apart(&mut self, raw: &[i64], out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let planned = match &self.plan {
-            Some(AnySendPlan::Short(plan)) => plan.emit(raw, counter, out),
-            Some(AnySendPlan::Long(plan)) => plan.emit_apart(raw, counter, out),
+            Some(AnySendPlan::Short(plan)) => plan.emit(raw, self.next_counter, out),
+            Some(AnySendPlan::Long(plan)) => plan.emit(raw, self.next_counter, out),
             None => false,
         };
         if !planned {

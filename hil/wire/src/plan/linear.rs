@@ -46,16 +46,28 @@ impl<W: Word, const N: usize> Linear<W, N> {
         Self { low: Arc::new(low), high: tables.take(others).collect() }
     }
 
+    /// Whether its numbers have no bytes but the first `N`.
+    pub(super) fn is_low(&self) -> bool {
+        self.high.is_empty()
+    }
+
     /// The word of a number.
-    #[inline(always)]
+    #[inline]
     pub(super) fn word_of(&self, number: u64) -> W {
-        let mut rest = number;
-        let mut next = |table: &Table<W>| {
+        let bytes = number.to_le_bytes().into_iter().skip(N);
+        let high = self.high.iter().zip(bytes);
+        high.fold(self.word_of_low(number), |word, (table, byte)| word ^ table[usize::from(byte)])
+    }
+
+    /// The word of the first `N` bytes of a number.
+    #[inline(always)]
+    pub(super) fn word_of_low(&self, number: u64) -> W {
+        let (mut word, mut rest) = (W::default(), number);
+        for table in self.low.iter() {
             let [byte, ..] = rest.to_le_bytes();
+            word = word ^ table[usize::from(byte)];
             rest >>= u8::BITS;
-            table[usize::from(byte)]
-        };
-        let low = self.low.iter().fold(W::default(), |word, table| word ^ next(table));
-        self.high.iter().fold(low, |word, table| word ^ next(table))
+        }
+        word
     }
 }

@@ -13,17 +13,17 @@ const CODE_MAX: u64 = 0xFF;
 /// The plan of sending a layout's frames, in the smaller word that holds them.
 #[derive(Debug, Clone)]
 pub(crate) enum AnySendPlan {
-    Short(SendPlan<u64>),
-    Long(SendPlan<u128>),
+    Short(Box<SendPlan<u64>>),
+    Long(Box<SendPlan<u128>>),
 }
 
 impl AnySendPlan {
     /// The plan of a layout, if it is of a kind that can be planned.
     pub(crate) fn of(spec: &FrameSpec) -> Option<Self> {
         if spec.len <= u64::LEN {
-            return SendPlan::of(spec).map(Self::Short);
+            return SendPlan::of(spec).map(Box::new).map(Self::Short);
         }
-        SendPlan::of(spec).map(Self::Long)
+        SendPlan::of(spec).map(Box::new).map(Self::Long)
     }
 }
 
@@ -53,6 +53,9 @@ struct Sent<W> {
     least: W,
     /// Its fields but for the deciding one, whose value is what makes the kind.
     fields: Box<[Field<W>]>,
+    /// The field if there is but one, and neither it nor the counter has bytes beyond the low ones
+    /// of its tables.
+    single: Option<Field<W>>,
 }
 
 /// A field's code is the raw value less the least one that there is.
@@ -75,40 +78,52 @@ impl<W: Word> SendPlan<W> {
         let (deciding, greatest) = deciding(&spec.fields)?;
         let fields: Vec<_> = (0..spec.fields.len()).map(|index| Field::of(spec, index)).collect();
         let equals = |equals| When { field: deciding, equals };
-        let kinds = (0..=greatest).map(|value| Sent::of(spec, &fields, Some(equals(value))));
+        let counter = counter(spec);
+        let sent = |decided| {
+            let sent = Sent::of(spec, &fields, decided);
+            if counter.is_low() { sent } else { Sent { single: None, ..sent } }
+        };
         Some(Self {
             len: spec.len,
             field_count: fields.len(),
-            counter: counter(spec),
             deciding,
-            kinds: kinds.collect(),
-            otherwise: Sent::of(spec, &fields, None),
+            kinds: (0..=greatest).map(|value| sent(Some(equals(value)))).collect(),
+            otherwise: sent(None),
+            counter,
         })
     }
 
     /// Appends the frame of these raw values and this counter to `out`; tells whether it did.
     /// Values that do not fit the layout are for the caller to find.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn emit(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
-        let Some(word) = self.word_of(raw, counter) else { return false };
-        word.append(self.len, out);
+        let Some(word) = self.kind_of(raw).and_then(|kind| kind.word_of(raw)) else { return false };
+        (word ^ self.counter.word_of(counter)).append(self.len, out);
         true
     }
 
-    /// The same out of line, for the frames that the caller has no room for.
-    #[inline(never)]
-    pub(crate) fn emit_apart(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
-        self.emit(raw, counter, out)
+    /// The same, only where it takes no loop and no memory: other frames are not appended.
+    #[inline(always)]
+    pub(crate) fn emit_single(&self, raw: &[i64], counter: u64, out: &mut Vec<u8>) -> bool {
+        if out.capacity() - out.len() < W::LEN {
+            return false;
+        }
+        let Some(word) = self.kind_of(raw).and_then(|kind| kind.word_of_single(raw)) else {
+            return false;
+        };
+        (word ^ self.counter.word_of_low(counter)).append(self.len, out);
+        true
     }
 
+    /// What frames of these raw values are made of, if there are as many as there are fields.
     #[inline(always)]
-    fn word_of(&self, raw: &[i64], counter: u64) -> Option<W> {
+    fn kind_of(&self, raw: &[i64]) -> Option<&Sent<W>> {
         if raw.len() != self.field_count {
             return None;
         }
-        let value = raw.get(self.deciding).and_then(|raw| usize::try_from(*raw).ok());
-        let kind = value.and_then(|value| self.kinds.get(value)).unwrap_or(&self.otherwise);
-        Some(kind.word_of(raw)? ^ self.counter.word_of(counter))
+        let value =
+            raw.get(self.deciding).and_then(|raw| usize::try_from(raw.cast_unsigned()).ok());
+        Some(value.and_then(|value| self.kinds.get(value)).unwrap_or(&self.otherwise))
     }
 }
 
@@ -124,26 +139,32 @@ impl<W: Word> Sent<W> {
             is_carried(&spec.fields[field.index])
                 && decided.is_none_or(|when| when.field != field.index)
         };
-        Self {
-            least: word(spec, &raw, 0, is_carried),
-            fields: fields.iter().filter(is_open).cloned().collect(),
-        }
+        let fields: Box<[_]> = fields.iter().filter(is_open).cloned().collect();
+        let single = match &*fields {
+            [field] if field.code.is_low() => Some(field.clone()),
+            _ => None,
+        };
+        Self { least: word(spec, &raw, 0, is_carried), fields, single }
     }
 
     /// The word of these raw values and the counter zero, unless a value does not fit.
-    #[inline(always)]
+    #[inline]
     fn word_of(&self, raw: &[i64]) -> Option<W> {
-        // Most often it is only one.
-        let Some((first, others)) = self.fields.split_first() else { return Some(self.least) };
-        let code = first.code_of(raw)?;
-        let mut beyond = code & first.beyond;
-        let mut word = self.least ^ first.code.word_of(code);
-        for field in others {
+        let (mut word, mut beyond) = (self.least, 0);
+        for field in &self.fields {
             let code = field.code_of(raw)?;
             beyond |= code & field.beyond;
             word = word ^ field.code.word_of(code);
         }
         (beyond == 0).then_some(word)
+    }
+
+    /// The same for a single field.
+    #[inline(always)]
+    fn word_of_single(&self, raw: &[i64]) -> Option<W> {
+        let field = self.single.as_ref()?;
+        let code = field.code_of(raw)?;
+        (code & field.beyond == 0).then(|| self.least ^ field.code.word_of_low(code))
     }
 }
 
