@@ -2,10 +2,11 @@
 //! and a mask.
 //!
 //! What a layout says is known at run time only, and asking it anew for every field of every frame
-//! costs far more than the frame's own arithmetic. A [`Plan`] holds the answers. Frames that are
-//! too long, or framed or checked in another way, go without: [`crate::Encoder`] and
-//! [`crate::Decoder`] then ask the layout, as they also do for every frame that is not exactly the
-//! one expected. Both ways give the same frames, counters and bytes.
+//! costs far more than the frame's own arithmetic. A [`Plan`] holds the answers for frames that
+//! come, and an [`AnySendPlan`] for those that go. Frames that are too long, or framed or checked
+//! in another way, go without: [`crate::Encoder`] and [`crate::Decoder`] then ask the layout, as
+//! they also do for every frame that is not exactly the one expected. Both ways give the same
+//! frames, counters and bytes.
 
 mod carried;
 mod check;

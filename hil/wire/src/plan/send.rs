@@ -38,7 +38,7 @@ pub(crate) struct SendPlan<W> {
     len: usize,
     field_count: usize,
     /// A frame's counter is one byte as a rule, its values are two.
-    counter: Linear<W, 1>,
+    counter: Linear<W, 1, 3>,
     /// Index of the deciding field. Any one if nothing is decided.
     deciding: usize,
     /// What frames are made of, by the value of that field, and with greater values.
@@ -53,8 +53,8 @@ struct Sent<W> {
     least: W,
     /// Its fields but for the deciding one, whose value is what makes the kind.
     fields: Box<[Field<W>]>,
-    /// The field if there is but one, and neither it nor the counter has bytes beyond the low ones
-    /// of its tables.
+    /// The field if there is but one and neither it nor the counter has high bytes: gyros on a
+    /// short frame.
     single: Option<Field<W>>,
 }
 
@@ -65,7 +65,7 @@ struct Field<W> {
     bias: u64,
     /// Bits that a code has not.
     beyond: u64,
-    code: Linear<W, 2>,
+    code: Linear<W, 2, 2>,
 }
 
 impl<W: Word> SendPlan<W> {
@@ -203,7 +203,7 @@ fn deciding(fields: &[FieldSpec]) -> Option<(usize, i64)> {
 }
 
 /// What each bit of the frame counter turns.
-fn counter<W: Word>(spec: &FrameSpec) -> Linear<W, 1> {
+fn counter<W: Word>(spec: &FrameSpec) -> Linear<W, 1, 3> {
     let least = least(spec);
     let word = |counter| word::<W>(spec, &least, counter, |_| false);
     let bits = spec.sequence.map_or(0, |sequence| sequence.place.bits);

@@ -5,7 +5,7 @@ mod layouts;
 #[path = "../../tests/stream/noise.rs"]
 mod noise;
 
-use super::AnyPlan;
+use super::{AnyPlan, AnySendPlan};
 use crate::{Counters, Decoder, EncodeError, Encoder, Frame, FrameSpec};
 use layouts::{layout, shipped, vg910d};
 use noise::{meaningful, raw_values, stream};
@@ -15,6 +15,12 @@ use proptest::prelude::*;
 fn planned() -> impl Strategy<Value = FrameSpec> {
     prop_oneof![1 => Just(vg910d()), 1 => shipped(), 6 => layout()]
         .prop_filter("a plan", |spec| AnyPlan::of(spec).is_some())
+}
+
+/// A layout whose frames can be sent by a plan: septets too, and checks by parity.
+fn sendable() -> impl Strategy<Value = FrameSpec> {
+    prop_oneof![1 => Just(vg910d()), 1 => shipped(), 6 => layout()]
+        .prop_filter("a plan", |spec| AnySendPlan::of(spec).is_some())
 }
 
 /// Pushes `bytes` in pieces, the decoder's plan used or left out.
@@ -66,6 +72,84 @@ fn short_frames_of_the_shipped_layouts_are_planned() {
 }
 
 #[test]
+fn short_frames_that_are_linear_are_sent_by_a_plan() {
+    let is_short = |text: &str| match AnySendPlan::of(&FrameSpec::from_toml(text).expect(text)) {
+        Some(AnySendPlan::Short(_)) => Some(true),
+        Some(AnySendPlan::Long(_)) => Some(false),
+        None => None,
+    };
+    let vg910d = include_str!("../../../../frames/vg910d.toml");
+    assert_eq!(is_short(include_str!("../../../../frames/adis16100.toml")), Some(true));
+    assert_eq!(is_short(include_str!("../../../../frames/fog-septet-xor.toml")), Some(true));
+    assert_eq!(is_short(vg910d), Some(false));
+    // Carries make a sum of bytes anything but linear, and COBS the frame.
+    assert_eq!(is_short(include_str!("../../../../frames/vg910d-sum.toml")), None);
+    let cobs = vg910d.replace("\"fixed\"", "\"cobs\"").replace("sync = \"A5 5A\"", "");
+    assert_eq!(is_short(&cobs), None);
+    assert_eq!(is_short(include_str!("../../../../frames/kvh-dsp3000-ascii.toml")), None);
+    for (len, expected) in [(8, Some(true)), (9, Some(false)), (16, Some(false)), (17, None)] {
+        let text = with_field_file("endian='be'\nbytes=2", &["at=4\nbits=8"]);
+        assert_eq!(is_short(&text.replace("len=16", &format!("len={len}"))), expected, "{len}");
+    }
+}
+
+#[test]
+fn every_raw_value_of_a_gyro_is_sent_as_the_layout_says() {
+    let spec = FrameSpec::from_toml(include_str!("../../../../frames/adis16100.toml")).unwrap();
+    let mut encoder = Encoder::new(&spec);
+    let mut plain = encoder.clone().without_plan();
+    let (mut out, mut expected) = (Vec::with_capacity(64), Vec::with_capacity(64));
+    for channel in -1..=4 {
+        // One beyond either end of the code, whichever it is.
+        for value in -2049..=4096 {
+            let raw = [channel, value, value, value, value];
+            let sent = encoder.encode(&raw, &mut out);
+            assert_eq!(sent, plain.encode(&raw, &mut expected), "{raw:?}");
+            assert_eq!(out, expected, "{raw:?}");
+            assert_eq!(encoder.next_index(), plain.next_index());
+            out.clear();
+            expected.clear();
+        }
+    }
+}
+
+/// Vectors with no room, with room for the frame and with room for a word.
+#[test]
+fn room_in_the_output_makes_no_difference() {
+    let spec = FrameSpec::from_toml(include_str!("../../../../frames/adis16100.toml")).unwrap();
+    let raw = [0, 5, 0, 0, 0];
+    let mut plain = Vec::new();
+    Encoder::new(&spec).without_plan().encode(&raw, &mut plain).unwrap();
+    for capacity in 0..20 {
+        let mut out = Vec::with_capacity(capacity);
+        out.extend_from_slice(&[7; 3]);
+        let mut encoder = Encoder::new(&spec);
+        encoder.encode(&raw, &mut out).unwrap();
+        assert_eq!((&out[..3], &out[3..]), (&[7; 3][..], &plain[..]), "{capacity}");
+        assert_eq!(encoder.next_index(), 1);
+    }
+}
+
+#[test]
+fn counters_of_more_than_a_byte_are_sent_whole() {
+    for (bits, first) in [(10, 1000), (16, 65_530), (24, 1 << 23), (32, u64::from(u32::MAX) - 9)] {
+        let bytes = usize::try_from(bits).unwrap().div_ceil(8);
+        let place = format!("bytes={bytes}\nendian='le'");
+        let text = with_field_file(&place, &["at=6\nbits=8"])
+            .replace("modulus=1000\nbits=10", &format!("modulus={}\nbits={bits}", 1_u64 << bits));
+        let spec = FrameSpec::from_toml(&text.replace("len=16", "len=8")).expect(&text);
+        let mut encoder = Encoder::starting_at(&spec, first);
+        for index in first..first + 20 {
+            let mut out = Vec::with_capacity(16);
+            encoder.encode(&[0x5A], &mut out).unwrap();
+            let counter = index % (1 << bits);
+            assert_eq!(out[1..5], counter.to_le_bytes()[..4], "{bits} bits");
+            assert_eq!((out[0], out[6], out[7]), (0xA5, 0x5A, 0));
+        }
+    }
+}
+
+#[test]
 fn the_last_index_there_is_wraps_as_without_a_plan() {
     let spec = vg910d();
     let raw = vec![0; spec.fields().len()];
@@ -83,8 +167,8 @@ fn the_last_index_there_is_wraps_as_without_a_plan() {
     assert_eq!(planned, plain);
 }
 
-/// A layout with a counter, and fields as described.
-fn with_fields(counter: &str, fields: &[&str]) -> FrameSpec {
+/// The file of a layout with a counter, and fields as described.
+fn with_field_file(counter: &str, fields: &[&str]) -> String {
     let mut text = format!(
         "[frame]\nname='n'\nprovenance='unverified'\nkind='fixed'\nsync='A5'\nlen=16\n\
          [frame.check]\nkind='none'\n[frame.seq]\nat=1\nmodulus=1000\nbits=10\n{counter}\n"
@@ -95,6 +179,12 @@ fn with_fields(counter: &str, fields: &[&str]) -> FrameSpec {
     }
     text += "[line]\nbaud=115200\ndata=8\nparity='none'\nstop=1\n\
              [timing]\nrate_hz=1.0\nrate_tol=0.0\n";
+    text
+}
+
+/// That layout.
+fn with_fields(counter: &str, fields: &[&str]) -> FrameSpec {
+    let text = with_field_file(counter, fields);
     FrameSpec::from_toml(&text).expect(&text)
 }
 
@@ -163,7 +253,7 @@ fn the_counter_is_the_index_modulo_its_own_and_starts_again_with_the_index() {
 proptest! {
     #[test]
     fn a_planned_frame_is_the_frame(
-        spec in planned(),
+        spec in sendable(),
         first in prop_oneof![any::<u32>().prop_map(u64::from), any::<u64>()],
         entropy in prop::collection::vec(entropy(), 1..20),
     ) {
