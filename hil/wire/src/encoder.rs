@@ -68,7 +68,9 @@ impl Encoder {
     pub fn starting_at(spec: &FrameSpec, first_index: u64) -> Self {
         let limits = spec.fields.iter().map(|field| (field.raw_min(), field.raw_max())).collect();
         let (spec, plan) = (spec.clone(), AnySendPlan::of(spec));
-        let (content, modulus) = (Box::new([0; ROOM]), spec.modulus());
+        let content = Box::new([0; ROOM]);
+        // A counter that nobody sees need not come round.
+        let modulus = spec.sequence.map_or(u64::MAX, |sequence| sequence.modulus);
         let next_counter = first_index % modulus;
         let turn_start = first_index - next_counter;
         let turn_len = turn_len(turn_start, modulus);

@@ -150,6 +150,21 @@ fn counters_of_more_than_a_byte_are_sent_whole() {
 }
 
 #[test]
+fn frames_without_a_counter_are_counted_up_to_the_last_index_there_is() {
+    let spec = FrameSpec::from_toml(include_str!("../../../../frames/vg910d-raw4.toml")).unwrap();
+    let frame = [0xA5, 0x5A, 1, 2, 3];
+    for first in [0, 1000, u64::MAX - 2, u64::MAX - 1, u64::MAX] {
+        let mut encoder = Encoder::starting_at(&spec, first);
+        for step in 0..5 {
+            assert_eq!(encoder.next_index(), first.wrapping_add(step));
+            let mut bytes = Vec::new();
+            encoder.encode(&[0x01_0203], &mut bytes).unwrap();
+            assert_eq!(bytes, frame);
+        }
+    }
+}
+
+#[test]
 fn the_last_index_there_is_wraps_as_without_a_plan() {
     let spec = vg910d();
     let raw = vec![0; spec.fields().len()];
