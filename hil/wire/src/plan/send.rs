@@ -53,8 +53,7 @@ struct Sent<W> {
     least: W,
     /// Its fields but for the deciding one, whose value is what makes the kind.
     fields: Box<[Field<W>]>,
-    /// The field if there is but one and neither it nor the counter has high bytes: gyros on a
-    /// short frame.
+    /// The field if there is but one and the counter has no high bytes: gyros on a short frame.
     single: Option<Field<W>>,
 }
 
@@ -141,7 +140,7 @@ impl<W: Word> Sent<W> {
         };
         let fields: Box<[_]> = fields.iter().filter(is_open).cloned().collect();
         let single = match &*fields {
-            [field] if field.code.is_low() => Some(field.clone()),
+            [field] => Some(field.clone()),
             _ => None,
         };
         Self { least: word(spec, &raw, 0, is_carried), fields, single }
@@ -164,7 +163,7 @@ impl<W: Word> Sent<W> {
     fn word_of_single(&self, raw: &[i64]) -> Option<W> {
         let field = self.single.as_ref()?;
         let code = field.code_of(raw)?;
-        (code & field.beyond == 0).then(|| self.least ^ field.code.word_of_low(code))
+        (code & field.beyond == 0).then(|| self.least ^ field.code.word_of(code))
     }
 }
 
