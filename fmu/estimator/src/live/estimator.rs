@@ -146,6 +146,10 @@ pub(super) struct Clock {
     /// For which the thread has seemed to yield.
     pub(super) yields_s: f64,
     pub(super) yields: bool,
+    /// Whether pure torsion is doubted: its filters run on, and the fallback speaks.
+    pub(super) doubts: bool,
+    /// Whether pure torsion has been refuted since it was first doubted.
+    pub(super) refuted: bool,
 }
 
 impl LiveEstimator {
@@ -221,8 +225,12 @@ impl LiveEstimator {
             Phase::Torsion => {
                 let call = call.scaled(gain)?;
                 let answer = call.on(&mut self.torsion)?;
-                // The bank goes on with the members that are left; without any it stands still.
+                // The bank goes on with the members that are left; without any it stands still. So
+                // does the fallback with what it refuses.
                 let of_bank = call.on(&mut self.bank);
+                if self.clock.doubts {
+                    return Ok(call.on(&mut self.fallback).unwrap_or(answer));
+                }
                 Ok(if self.clock.yields { of_bank.unwrap_or(answer) } else { answer })
             }
             Phase::Fitting(_) | Phase::Unseen => call.scaled(gain)?.on(&mut self.fallback),
@@ -320,6 +328,7 @@ impl RateEstimator for LiveEstimator {
 
     fn belief(&self) -> Belief {
         match &self.phase {
+            Phase::Torsion if self.clock.doubts => self.fallback.belief(),
             Phase::Torsion if self.clock.yields => self.bank.belief(),
             Phase::Torsion => self.torsion.belief(),
             Phase::Fitting(_) | Phase::Unseen => self.fallback.belief(),
@@ -329,13 +338,13 @@ impl RateEstimator for LiveEstimator {
 
     fn status(&self) -> Status {
         match &self.phase {
+            Phase::Torsion if self.clock.doubts => Status::NotObservable,
             Phase::Torsion if self.clock.yields => match self.bank.status() {
                 Status::NotObservable => Status::NotObservable,
                 _ => self.bank.leading_yield().map_or(Status::ModelDoubtful, |learnt| {
                     Status::ThreadYields { yield_angle_rad: learnt.yield_angle_rad }
                 }),
             },
-            Phase::Torsion if self.may_swing_unseen() => Status::NotObservable,
             Phase::Torsion => match self.torsion.status() {
                 Status::Nominal if self.is_thread_suspect() => Status::ModelDoubtful,
                 status => status,

@@ -15,14 +15,16 @@ const SWINGING: u64 = 2;
 const UNSEEN: u64 = 3;
 
 impl Clock {
-    const SAVED_LEN: usize = 5 * 8;
+    const SAVED_LEN: usize = 7 * 8;
 
     fn write(&self, out: &mut Writer<'_>) {
         out.f64(self.since_update_s);
         out.f64(self.over_range_s);
         out.f64(self.away_s);
         out.f64(self.yields_s);
-        out.u64(u64::from(self.yields));
+        for flag in [self.yields, self.doubts, self.refuted] {
+            out.u64(u64::from(flag));
+        }
     }
 
     fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
@@ -32,6 +34,8 @@ impl Clock {
             away_s: bytes.finite("away_s")?,
             yields_s: bytes.finite("yields_s")?,
             yields: bytes.u64() != 0,
+            doubts: bytes.u64() != 0,
+            refuted: bytes.u64() != 0,
         };
         let times = [clock.since_update_s, clock.over_range_s, clock.away_s, clock.yields_s];
         let possible = times.iter().all(|time_s| *time_s >= 0.0);

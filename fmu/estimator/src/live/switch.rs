@@ -29,7 +29,7 @@ impl LiveEstimator {
         self.clock.over_range_s =
             if rate_rad_s.is_some() { 0.0 } else { self.clock.over_range_s + sample.span_s };
         self.tape.push(sample);
-        if self.eye.push(sample) && !matches!(self.phase, Phase::Torsion) {
+        if self.eye.push(sample) && (self.clock.doubts || !matches!(self.phase, Phase::Torsion)) {
             self.fallback.set_swing(self.swing_size_rad(), self.eye.rate_variance_rad2_s2());
         }
         self.phase = match core::mem::replace(&mut self.phase, Phase::Torsion) {
@@ -61,12 +61,33 @@ impl LiveEstimator {
 
     /// The phase after a sample without swing.
     fn after_torsion(&mut self, sample: Sample) -> Phase {
-        let state = || self.torsion.filter().state();
-        self.anchors.pass(sample.span_s, self.tape.last(), state);
+        if !self.clock.doubts {
+            let state = || self.torsion.filter().state();
+            self.anchors.pass(sample.span_s, self.tape.last(), state);
+        }
         if self.eye.sees_swing() {
             return self.begin_swing();
         }
         self.judge_thread(sample.span_s);
+        self.judge_torsion()
+    }
+
+    /// Whether pure torsion is to be doubted, and the fallback to speak from before that was known.
+    ///
+    /// The claim of a filter of pure torsion means nothing while a swing may bend it, and where it
+    /// has been refuted again and again, it means nothing afterwards either: then it starts anew
+    /// from the bound.
+    fn judge_torsion(&mut self) -> Phase {
+        match (self.clock.doubts, self.may_swing_unseen()) {
+            (false, true) => {
+                self.bound_from_before();
+                self.clock.doubts = true;
+            }
+            (true, false) if self.clock.refuted => return self.end_swing(self.fallback.state()),
+            (true, false) => self.clock.doubts = false,
+            _ => {}
+        }
+        self.clock.refuted |= self.clock.doubts && self.torsion.status() == Status::ModelDoubtful;
         Phase::Torsion
     }
 
@@ -100,18 +121,20 @@ impl LiveEstimator {
 
     /// Whether pure torsion does not explain the rates, and the reason may be a swing that an axis
     /// not calibrated does not show. There is no telling then what the angle is.
-    pub(super) fn may_swing_unseen(&self) -> bool {
+    fn may_swing_unseen(&self) -> bool {
         self.eye.sight() == Sight::Blurred
             && (self.torsion.status() != Status::Nominal || self.bank.yield_lead() > YIELD_LEAD)
     }
 
     /// A swing has been seen: the fallback takes over from before it began.
     fn begin_swing(&mut self) -> Phase {
+        let is_bounded = self.clock.doubts;
         self.clock = Clock { over_range_s: self.clock.over_range_s, ..Clock::default() };
-        let anchor = self.anchors.oldest();
-        if self.fallback_from(anchor.number, anchor.state).is_err() {
-            self.begin_fallback(self.torsion.filter().state());
+        // A bound that speaks already goes back further than one that would begin now.
+        if !is_bounded {
+            self.bound_from_before();
         }
+        let anchor = self.anchors.oldest();
         let from_start = self.eye.has_never_been_calm() && self.tape.oldest() == 1;
         let declared = self.setup.swing.filter(|_| from_start);
         if let Some(swing) = declared {
@@ -138,6 +161,14 @@ impl LiveEstimator {
         let mut fallback = self.fallback.clone();
         if fallback.begin(from, swing_rad, variance).is_ok() {
             self.fallback = fallback;
+        }
+    }
+
+    /// Starts the fallback from before what has just been noticed.
+    fn bound_from_before(&mut self) {
+        let anchor = self.anchors.oldest();
+        if self.fallback_from(anchor.number, anchor.state).is_err() {
+            self.begin_fallback(self.torsion.filter().state());
         }
     }
 
