@@ -148,8 +148,8 @@ pub(super) struct Clock {
     pub(super) yields: bool,
     /// Whether pure torsion is doubted: its filters run on, and the fallback speaks.
     pub(super) doubts: bool,
-    /// Whether pure torsion has been refuted since it was first doubted.
-    pub(super) refuted: bool,
+    /// Alarms of the filter of pure torsion when it was first doubted.
+    pub(super) answered: u64,
 }
 
 impl LiveEstimator {

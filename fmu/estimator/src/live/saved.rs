@@ -22,9 +22,9 @@ impl Clock {
         out.f64(self.over_range_s);
         out.f64(self.away_s);
         out.f64(self.yields_s);
-        for flag in [self.yields, self.doubts, self.refuted] {
-            out.u64(u64::from(flag));
-        }
+        out.u64(u64::from(self.yields));
+        out.u64(u64::from(self.doubts));
+        out.u64(self.answered);
     }
 
     fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
@@ -35,7 +35,7 @@ impl Clock {
             yields_s: bytes.finite("yields_s")?,
             yields: bytes.u64() != 0,
             doubts: bytes.u64() != 0,
-            refuted: bytes.u64() != 0,
+            answered: bytes.u64(),
         };
         let times = [clock.since_update_s, clock.over_range_s, clock.away_s, clock.yields_s];
         let possible = times.iter().all(|time_s| *time_s >= 0.0);

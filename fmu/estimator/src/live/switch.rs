@@ -18,6 +18,8 @@ const SWING_MAX_RAD: f64 = 1.5;
 const YIELD_LEAD: f64 = 10.0;
 /// How long a thread must seem to yield, s: so long a swing may look like that.
 const YIELD_DELAY_S: f64 = 5.2;
+/// Alarms that a blow may raise beyond its first.
+const ALARMS_OF_A_BLOW: u64 = 1;
 /// How wrong the twist may be once the filter that followed the swing has lost it, rad.
 const LOST_RAD: f64 = 11.0 * DEG;
 
@@ -74,20 +76,24 @@ impl LiveEstimator {
 
     /// Whether pure torsion is to be doubted, and the fallback to speak from before that was known.
     ///
-    /// The claim of a filter of pure torsion means nothing while a swing may bend it, and where it
-    /// has been refuted again and again, it means nothing afterwards either: then it starts anew
-    /// from the bound.
+    /// The claim of a filter of pure torsion means nothing while a swing may bend it. One that has
+    /// had to answer a blow goes on when that is over; one that has been refuted again and again
+    /// in between starts anew from the bound.
     fn judge_torsion(&mut self) -> Phase {
         match (self.clock.doubts, self.may_swing_unseen()) {
             (false, true) => {
                 self.bound_from_before();
-                self.clock.doubts = true;
+                (self.clock.doubts, self.clock.answered) = (true, self.torsion.alarms());
             }
-            (true, false) if self.clock.refuted => return self.end_swing(self.fallback.state()),
-            (true, false) => self.clock.doubts = false,
+            (true, false) if self.torsion.alarms() > self.clock.answered + ALARMS_OF_A_BLOW => {
+                return self.end_swing(self.fallback.state());
+            }
+            (true, false) => {
+                self.clock.doubts = false;
+                self.anchors = Anchors::new(self.tape.last(), self.torsion.filter().state());
+            }
             _ => {}
         }
-        self.clock.refuted |= self.clock.doubts && self.torsion.status() == Status::ModelDoubtful;
         Phase::Torsion
     }
 
@@ -122,8 +128,10 @@ impl LiveEstimator {
     /// Whether pure torsion does not explain the rates, and the reason may be a swing that an axis
     /// not calibrated does not show. There is no telling then what the angle is.
     fn may_swing_unseen(&self) -> bool {
+        // What has been doubted is so until nothing at all speaks against it.
+        let lead = if self.clock.doubts { 0.0 } else { YIELD_LEAD };
         self.eye.sight() == Sight::Blurred
-            && (self.torsion.status() != Status::Nominal || self.bank.yield_lead() > YIELD_LEAD)
+            && (self.torsion.status() != Status::Nominal || self.bank.yield_lead() > lead)
     }
 
     /// A swing has been seen: the fallback takes over from before it began.
