@@ -148,6 +148,8 @@ pub(super) struct Clock {
     pub(super) yields: bool,
     /// Whether pure torsion is doubted: its filters run on, and the fallback speaks.
     pub(super) doubts: bool,
+    /// For which the filter of pure torsion has run since it began or began anew.
+    pub(super) torsion_s: f64,
     /// Alarms of the filter of pure torsion when it was first doubted.
     pub(super) answered: u64,
 }

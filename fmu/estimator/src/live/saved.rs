@@ -15,7 +15,7 @@ const SWINGING: u64 = 2;
 const UNSEEN: u64 = 3;
 
 impl Clock {
-    const SAVED_LEN: usize = 7 * 8;
+    const SAVED_LEN: usize = 8 * 8;
 
     fn write(&self, out: &mut Writer<'_>) {
         out.f64(self.since_update_s);
@@ -24,6 +24,7 @@ impl Clock {
         out.f64(self.yields_s);
         out.u64(u64::from(self.yields));
         out.u64(u64::from(self.doubts));
+        out.f64(self.torsion_s);
         out.u64(self.answered);
     }
 
@@ -35,9 +36,11 @@ impl Clock {
             yields_s: bytes.finite("yields_s")?,
             yields: bytes.u64() != 0,
             doubts: bytes.u64() != 0,
+            torsion_s: bytes.finite("torsion_s")?,
             answered: bytes.u64(),
         };
-        let times = [clock.since_update_s, clock.over_range_s, clock.away_s, clock.yields_s];
+        let Self { since_update_s, over_range_s, away_s, yields_s, torsion_s, .. } = clock;
+        let times = [since_update_s, over_range_s, away_s, yields_s, torsion_s];
         let possible = times.iter().all(|time_s| *time_s >= 0.0);
         if possible { Ok(clock) } else { Err(RestoreError::Impossible) }
     }

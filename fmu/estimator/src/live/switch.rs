@@ -20,6 +20,9 @@ const YIELD_LEAD: f64 = 10.0;
 const YIELD_DELAY_S: f64 = 5.2;
 /// Alarms that a blow may raise beyond its first.
 const ALARMS_OF_A_BLOW: u64 = 1;
+/// How long pure torsion must explain the rates before it is believed where a swing may go unseen,
+/// s. A swing of 1° and more shows itself as an alarm by then, one of 3° a hundred times as soon.
+const UNTRIED_S: f64 = 10.24;
 /// How wrong the twist may be once the filter that followed the swing has lost it, rad.
 const LOST_RAD: f64 = 11.0 * DEG;
 
@@ -70,6 +73,7 @@ impl LiveEstimator {
         if self.eye.sees_swing() {
             return self.begin_swing();
         }
+        self.clock.torsion_s += sample.span_s;
         self.judge_thread(sample.span_s);
         self.judge_torsion()
     }
@@ -125,13 +129,15 @@ impl LiveEstimator {
         self.torsion.alarms() > 0 && self.bank.yield_lead() > YIELD_LEAD
     }
 
-    /// Whether pure torsion does not explain the rates, and the reason may be a swing that an axis
-    /// not calibrated does not show. There is no telling then what the angle is.
+    /// Whether pure torsion does not explain the rates, or has not done so for long, and the reason
+    /// may be a swing that an axis not calibrated does not show. There is no telling then what the angle is.
     fn may_swing_unseen(&self) -> bool {
         // What has been doubted is so until nothing at all speaks against it.
         let lead = if self.clock.doubts { 0.0 } else { YIELD_LEAD };
         self.eye.sight() == Sight::Blurred
-            && (self.torsion.status() != Status::Nominal || self.bank.yield_lead() > lead)
+            && (self.clock.torsion_s < UNTRIED_S
+                || self.torsion.status() != Status::Nominal
+                || self.bank.yield_lead() > lead)
     }
 
     /// A swing has been seen: the fallback takes over from before it began.

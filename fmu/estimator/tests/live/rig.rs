@@ -20,6 +20,8 @@ pub(crate) struct Case {
     /// Swing at the start, deg, on an ellipse of this ratio of its axes.
     pub(crate) swing_deg: f64,
     pub(crate) ratio: f64,
+    /// Angle between the gyro's axis and the body's, deg.
+    pub(crate) askew_deg: f64,
     pub(crate) seconds: u32,
     pub(crate) torsion_s: f64,
     /// Decay of the swing, 1/s. The air that does it brakes the twist as well.
@@ -36,6 +38,7 @@ impl Case {
     pub(crate) const STILL: Self = Self {
         swing_deg: 0.0,
         ratio: 0.0,
+        askew_deg: 1.0,
         seconds: 120,
         torsion_s: 120.0,
         decay_1_s: 1e-3,
@@ -59,9 +62,9 @@ impl Run {
         let (azimuth, axis_azimuth) = (TAU * draws.uniform(), TAU * draws.uniform());
         let normal: [f64; 6] = std::array::from_fn(|_| draws.standard_normal());
         let bias_rad_s = 0.01 * RAD_PER_DEG * normal[0];
-        let tilt = RAD_PER_DEG.sin();
+        let (tilt, along) = (case.askew_deg * RAD_PER_DEG).sin_cos();
         let across = [tilt * axis_azimuth.cos(), tilt * axis_azimuth.sin()];
-        let axis = Vector3::new(across[0], across[1], RAD_PER_DEG.cos());
+        let axis = Vector3::new(across[0], across[1], along);
         let start = swinging::start(case.swing_deg * RAD_PER_DEG, azimuth, case.ratio);
         let mut motion =
             TruthMotion::new(rig(case), &start, Integrator::Rk4 { step_s: 2e-3 }).unwrap();
