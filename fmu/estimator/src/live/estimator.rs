@@ -152,6 +152,10 @@ pub(super) struct Clock {
     pub(super) torsion_s: f64,
     /// Alarms of the filter of pure torsion when it was first doubted.
     pub(super) answered: u64,
+    /// For which nothing has spoken against it while it is doubted, and the lead of a thread that
+    /// yields when that began.
+    pub(super) quiet_s: f64,
+    pub(super) lead: f64,
 }
 
 impl LiveEstimator {

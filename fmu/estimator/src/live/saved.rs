@@ -15,7 +15,7 @@ const SWINGING: u64 = 2;
 const UNSEEN: u64 = 3;
 
 impl Clock {
-    const SAVED_LEN: usize = 8 * 8;
+    const SAVED_LEN: usize = 10 * 8;
 
     fn write(&self, out: &mut Writer<'_>) {
         out.f64(self.since_update_s);
@@ -26,6 +26,8 @@ impl Clock {
         out.u64(u64::from(self.doubts));
         out.f64(self.torsion_s);
         out.u64(self.answered);
+        out.f64(self.quiet_s);
+        out.f64(self.lead);
     }
 
     fn read(bytes: &mut Reader<'_>) -> Result<Self, RestoreError> {
@@ -38,9 +40,11 @@ impl Clock {
             doubts: bytes.u64() != 0,
             torsion_s: bytes.finite("torsion_s")?,
             answered: bytes.u64(),
+            quiet_s: bytes.finite("quiet_s")?,
+            lead: bytes.finite("lead")?,
         };
-        let Self { since_update_s, over_range_s, away_s, yields_s, torsion_s, .. } = clock;
-        let times = [since_update_s, over_range_s, away_s, yields_s, torsion_s];
+        let Self { since_update_s, over_range_s, away_s, yields_s, torsion_s, quiet_s, .. } = clock;
+        let times = [since_update_s, over_range_s, away_s, yields_s, torsion_s, quiet_s];
         let possible = times.iter().all(|time_s| *time_s >= 0.0);
         if possible { Ok(clock) } else { Err(RestoreError::Impossible) }
     }

@@ -75,7 +75,7 @@ impl LiveEstimator {
         }
         self.clock.torsion_s += sample.span_s;
         self.judge_thread(sample.span_s);
-        self.judge_torsion()
+        self.judge_torsion(sample.span_s)
     }
 
     /// Whether pure torsion is to be doubted, and the fallback to speak from before that was known.
@@ -83,22 +83,38 @@ impl LiveEstimator {
     /// The claim of a filter of pure torsion means nothing while a swing may bend it. One that has
     /// had to answer a blow goes on when that is over; one that has been refuted again and again
     /// in between starts anew from the bound.
-    fn judge_torsion(&mut self) -> Phase {
-        match (self.clock.doubts, self.may_swing_unseen()) {
-            (false, true) => {
+    fn judge_torsion(&mut self, span_s: f64) -> Phase {
+        let may_swing = self.may_swing_unseen();
+        if !self.clock.doubts {
+            if may_swing {
                 self.bound_from_before();
                 (self.clock.doubts, self.clock.answered) = (true, self.torsion.alarms());
             }
-            (true, false) if self.torsion.alarms() > self.clock.answered + ALARMS_OF_A_BLOW => {
-                return self.end_swing(self.fallback.state());
-            }
-            (true, false) => {
-                self.clock.doubts = false;
-                self.anchors = Anchors::new(self.tape.last(), self.torsion.filter().state());
-            }
-            _ => {}
+            return Phase::Torsion;
+        }
+        self.time_quiet(span_s);
+        let is_refuted = self.torsion.alarms() > self.clock.answered + ALARMS_OF_A_BLOW;
+        if self.clock.quiet_s > 2.0 * self.quarter_s() || (is_refuted && !may_swing) {
+            return self.end_swing(self.fallback.state());
+        }
+        if !may_swing {
+            self.clock.doubts = false;
+            self.anchors = Anchors::new(self.tape.last(), self.torsion.filter().state());
         }
         Phase::Torsion
+    }
+
+    /// For how long nothing new has spoken against pure torsion. What a thread that yields has once
+    /// explained better it leads by for good, though the swing that it explained has died away.
+    fn time_quiet(&mut self, span_s: f64) {
+        // It is infinite where all that do not yield have been dropped.
+        let lead = self.bank.yield_lead().max(f64::MIN).min(f64::MAX);
+        let clock = &mut self.clock;
+        if self.torsion.status() == Status::Nominal && lead < clock.lead + YIELD_LEAD {
+            clock.quiet_s += span_s;
+        } else {
+            (clock.quiet_s, clock.lead) = (0.0, lead);
+        }
     }
 
     /// Whether the thread yields: the test for kicks fires and fires, or has never fired at all,
