@@ -31,7 +31,8 @@ pub enum LiveWarning {
     /// those of a swing or of a thread that yields take R tenfold.
     QuantiserUnderDithered,
     /// A body is declared, but the gyro's axis is not known to a third of its misalignment: a
-    /// swing may pass unseen, and when it is seen there is no angle.
+    /// swing may pass unseen, and when it is seen, or pure torsion does not explain the rates,
+    /// there is no angle.
     AxisNotCalibrated,
 }
 
@@ -105,10 +106,13 @@ pub(super) enum Phase {
 ///
 /// It swings: a bound from [`SwingFallback`] while a fit is under way, then the filter of the
 /// swinging body. The thread yields: the [`HysteresisBank`]. It has come to rest: back again.
-/// While nothing of that happens the estimate is [`TestedFilter`]'s, bit for bit. A gyro that is
-/// known to sit askew by ε sees cos ε of the rate: its readings are divided by that for every
-/// filter that does not have the axis in its model, and R, bias and range are meant of what was
-/// measured.
+/// While nothing of that happens the estimate is [`TestedFilter`]'s, bit for bit. Where the gyro's
+/// axis may hide the swing of a declared body, that holds once pure torsion has explained the rates
+/// for ten seconds and as long as it does: else the bound speaks, and nothing is claimed beyond it.
+///
+/// A gyro that is known to sit askew by ε sees cos ε of the rate: its readings are divided by that
+/// for every filter that does not have the axis in its model, and R, bias and range are meant of
+/// what was measured.
 ///
 /// The work of a fit is dealt out over the updates, a fixed number of steps in each, so that no
 /// update takes long and the same record gives the same estimate whatever the machine.

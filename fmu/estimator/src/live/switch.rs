@@ -123,7 +123,7 @@ impl LiveEstimator {
     /// A blow may lend a yielding thread likelihood for good; one that the test has answered and
     /// got over is no sign of it. Where a swing may go unseen it is the likelier reason.
     fn judge_thread(&mut self, span_s: f64) {
-        if self.eye.sight() == Sight::Blurred {
+        if self.hides_swing() {
             return;
         }
         let lead = self.bank.yield_lead();
@@ -145,12 +145,18 @@ impl LiveEstimator {
         self.torsion.alarms() > 0 && self.bank.yield_lead() > YIELD_LEAD
     }
 
+    /// Whether the gyro's axis may hide the swing of a declared body: it is not calibrated, or it is
+    /// the body's own.
+    fn hides_swing(&self) -> bool {
+        self.setup.swing.is_some() && self.eye.sight() != Sight::Sharp
+    }
+
     /// Whether pure torsion does not explain the rates, or has not done so for long, and the reason
-    /// may be a swing that an axis not calibrated does not show. There is no telling then what the angle is.
+    /// may be a swing that the axis does not show. There is no telling then what the angle is.
     fn may_swing_unseen(&self) -> bool {
         // What has been doubted is so until nothing at all speaks against it.
         let lead = if self.clock.doubts { 0.0 } else { YIELD_LEAD };
-        self.eye.sight() == Sight::Blurred
+        self.hides_swing()
             && (self.clock.torsion_s < UNTRIED_S
                 || self.torsion.status() != Status::Nominal
                 || self.bank.yield_lead() > lead)
