@@ -107,8 +107,9 @@ impl LiveEstimator {
     /// For how long nothing new has spoken against pure torsion. What a thread that yields has once
     /// explained better it leads by for good, though the swing that it explained has died away.
     fn time_quiet(&mut self, span_s: f64) {
-        // It is infinite where all that do not yield have been dropped.
-        let lead = self.bank.yield_lead().max(f64::MIN).min(f64::MAX);
+        // Infinite or no number where a side has been dropped; what is kept must be a number.
+        let lead = self.bank.yield_lead();
+        let lead = if lead.is_nan() { 0.0 } else { lead.clamp(f64::MIN, f64::MAX) };
         let clock = &mut self.clock;
         if self.torsion.status() == Status::Nominal && lead < clock.lead + YIELD_LEAD {
             clock.quiet_s += span_s;
