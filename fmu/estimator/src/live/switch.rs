@@ -146,8 +146,8 @@ impl LiveEstimator {
         self.torsion.alarms() > 0 && self.bank.yield_lead() > YIELD_LEAD
     }
 
-    /// Whether the gyro's axis may hide the swing of a declared body: it is not calibrated, or it is
-    /// the body's own.
+    /// Whether the gyro's axis may hide the swing of a declared body: it is not calibrated, or it
+    /// is the body's own.
     fn hides_swing(&self) -> bool {
         self.setup.swing.is_some() && self.eye.sight() != Sight::Sharp
     }

@@ -79,8 +79,9 @@ fn end_sigmas_of_torsion(run: &Run) -> f64 {
     (trace.error_rad[end] / trace.sigma_rad[end]).abs()
 }
 
-/// Nothing of the swing leaks into the rate, be that known or not. It bends the filter of pure torsion all the same, whose
-/// claim grows ever narrower: not observable is then said of a bound, from the first sample on.
+/// Nothing of the swing leaks into the rate, be that known or not. It bends the filter of pure
+/// torsion all the same, whose claim grows ever narrower: not observable is then said of a bound,
+/// from the first sample on.
 #[test]
 fn a_swing_that_the_gyro_does_not_show_at_all_leaves_a_bound_that_holds() {
     let mut of_torsion: f64 = 0.0;
