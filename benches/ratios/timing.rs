@@ -19,16 +19,19 @@ pub(crate) fn time_per_unit(units: usize, work: impl FnOnce() -> Result<()>) -> 
 /// seconds, and a few quiet milliseconds among them are enough.
 const CONTEST_S: f64 = 5.0;
 
-/// The best burst of each side, s per unit. The sides take turns, at least thrice.
+/// Turns at least: a burst of half a second needs as many to fall into a quiet one.
+const TURNS_MIN: u32 = 25;
+
+/// The best burst of each side, s per unit. The sides take turns.
 pub(crate) fn best_in_turns<const N: usize>(mut sides: [Burst<'_>; N]) -> Result<[f64; N]> {
     let mut best = [f64::INFINITY; N];
     let start = Instant::now();
-    let mut rounds = 0;
-    while rounds < 3 || start.elapsed().as_secs_f64() < CONTEST_S {
+    let mut turns = 0;
+    while turns < TURNS_MIN || start.elapsed().as_secs_f64() < CONTEST_S {
         for (best, side) in best.iter_mut().zip(&mut sides) {
             *best = best.min(side()?);
         }
-        rounds += 1;
+        turns += 1;
     }
     Ok(best)
 }
