@@ -162,7 +162,7 @@ pub(super) fn suite() -> Suite {
                 bits, a scale factor wrong by 1 %, clipping, a bias that walks, and a MEMS chain \
                 with a 40 Hz filter before its rounding. Each with an estimator that is told, and \
                 most with one that is not.",
-        runs: 600,
+        runs: 2000,
         cases: cases.into_iter().map(|case| Box::new(case) as Box<dyn Case>).collect(),
         requirements: requirements(),
         draw,
