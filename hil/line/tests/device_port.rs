@@ -163,18 +163,20 @@ fn a_client_may_be_let_in_within_a_frame() {
 fn a_client_that_does_not_read_loses_the_newest_bytes() {
     let mut port = plugged();
     let mut reader = open(&port, BAUD);
-    let mut sent = 0;
+    let (mut sent, mut passed) = (0, Vec::new());
     while port.counts().overrun < 1000 {
+        let before = port.counts().passed;
         send(&mut port, sent..sent + 1);
+        // The system may make room again, when it moves what it holds nearer to the reader.
+        let room = usize::try_from(port.counts().passed - before).unwrap();
+        passed.extend_from_slice(&frame(sent)[..room]);
         sent += 1;
         assert!(sent < 100_000, "the queue has no end");
     }
-    let counts = port.counts();
-    let queued = usize::try_from(counts.passed).unwrap();
-    assert!(queued >= 4095, "a terminal holds a page, not {queued} bytes");
-    assert_accounted(counts);
-    // What did pass is the stream from its start, without a hole.
-    assert_eq!(read_exactly(&mut reader, queued), frames(0..sent)[..queued]);
+    assert!(passed.len() >= 4095, "a terminal holds a page, not {} bytes", passed.len());
+    assert_accounted(port.counts());
+    // Of each frame what there was room for: its first bytes, and none is counted that did not come.
+    assert!(read_exactly(&mut reader, passed.len()) == passed, "other bytes than those counted");
     assert_nothing_waits(&mut reader);
     send(&mut port, 7..9);
     assert_eq!(read_exactly(&mut reader, 22), frames(7..9));
