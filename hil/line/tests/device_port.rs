@@ -175,7 +175,7 @@ fn a_client_that_does_not_read_loses_the_newest_bytes() {
     }
     assert!(passed.len() >= 4095, "a terminal holds a page, not {} bytes", passed.len());
     assert_accounted(port.counts());
-    // Of each frame what there was room for: its first bytes, and none is counted that did not come.
+    // Of each frame what there was room for: its first bytes, and none counted that did not come.
     assert!(read_exactly(&mut reader, passed.len()) == passed, "other bytes than those counted");
     assert_nothing_waits(&mut reader);
     send(&mut port, 7..9);
