@@ -9,6 +9,16 @@ const CODE_MAX: u64 = 0xFF;
 /// All bits of a float's exponent: it is no number.
 const ENDLESS: i64 = 0x7F80_0000;
 
+/// The deciding field and the greatest value that another field asks of it, -1 if none does;
+/// `None` if there are several of them, or the values would be too many.
+pub(super) fn deciding(fields: &[FieldSpec]) -> Option<(usize, i64)> {
+    let whens = || fields.iter().filter_map(|field| field.when);
+    let Some(first) = whens().next() else { return Some((0, -1)) };
+    let is_planned = fields[first.field].place.mask() <= CODE_MAX
+        && whens().all(|when| when.field == first.field);
+    is_planned.then_some((first.field, whens().map(|when| when.equals).max()?))
+}
+
 /// The deciding field, and what each value of it makes a frame carry.
 #[derive(Debug, Clone)]
 pub(super) struct Deciding<W> {
@@ -60,27 +70,13 @@ impl<W: Word> Deciding<W> {
     /// The fields of a layout, whose frames all have the bits of `same`. `None` if more than one
     /// field decides, or one of more than eight bits.
     pub(super) fn of(fields: &[FieldSpec], same: W, big: bool) -> Option<Self> {
-        let whens: Vec<_> = fields.iter().filter_map(|field| field.when).collect();
-        let field = whens.first().map_or(0, |when| when.field);
-        let run = match whens.first() {
-            Some(_) => Run::of(&fields[field].place, big)?,
-            None => Run::none(),
+        let (field, greatest) = deciding(fields)?;
+        let run = if greatest < 0 { Run::none() } else { Run::of(&fields[field].place, big)? };
+        let kind = |equals: i64| {
+            let same = same | run.with(equals.cast_unsigned());
+            Carried::of(fields, Some(When { field, equals }), same, big)
         };
-        if whens.iter().any(|when| when.field != field) || run.mask > CODE_MAX {
-            return None;
-        }
-        let kinds = match whens.iter().map(|when| when.equals).max() {
-            Some(greatest) => {
-                let greatest = u64::try_from(greatest).ok().filter(|code| *code <= run.mask)?;
-                let kind = |code: u64| {
-                    let equals = code.cast_signed();
-                    let same = same | run.with(code);
-                    Carried::of(fields, Some(When { field, equals }), same, big)
-                };
-                (0..=greatest).map(kind).collect::<Option<_>>()?
-            }
-            None => Box::default(),
-        };
+        let kinds = (0..=greatest).map(kind).collect::<Option<_>>()?;
         Some(Self { field, run, kinds, otherwise: Carried::of(fields, None, same, big)? })
     }
 

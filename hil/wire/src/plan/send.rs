@@ -1,14 +1,12 @@
 //! Frames to be sent, each the exclusive or of what its numbers make of it.
 
+use super::carried::deciding;
 use super::linear::Linear;
 use super::{WORD_LEN, Word};
 use crate::check::Algorithm;
 use crate::field::When;
 use crate::frame::write_content;
 use crate::{FieldSpec, FrameSpec, Kind};
-
-/// Greatest value that a deciding field may have.
-const CODE_MAX: u64 = 0xFF;
 
 /// The plan of sending a layout's frames, in the smaller word that holds them.
 #[derive(Debug, Clone)]
@@ -189,16 +187,6 @@ impl<W: Word> Field<W> {
     fn code_of(&self, raw: &[i64]) -> Option<u64> {
         Some(raw.get(self.index)?.cast_unsigned().wrapping_add(self.bias))
     }
-}
-
-/// The deciding field and the greatest value that another field asks of it, -1 if none does;
-/// `None` if there are several of them, or the values would be too many.
-fn deciding(fields: &[FieldSpec]) -> Option<(usize, i64)> {
-    let whens = || fields.iter().filter_map(|field| field.when);
-    let Some(first) = whens().next() else { return Some((0, -1)) };
-    let is_planned = fields[first.field].place.mask() <= CODE_MAX
-        && whens().all(|when| when.field == first.field);
-    is_planned.then_some((first.field, whens().map(|when| when.equals).max()?))
 }
 
 /// What each bit of the frame counter turns.
